@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 from exported_code import CONTENTS, LAW
+from exports import document
 
-from stickslip.export import ExportParameters
+from stickslip.export import ExportParameters, ExportSettings, render
 from stickslip.export.c.content import CodeContent
 from stickslip.export.c.folder import parts_of
 from stickslip.export.c.law import CodeLaw
@@ -161,10 +162,36 @@ def test_the_makefile_and_the_example_work(exported: Exported) -> None:
     out = exported.run("make", "test", f"CC={COMPILERS[0]}")
     assert out.count(" 0 failures, largest error 0") == len(NAMES)
     exported.run("make", f"CC={COMPILERS[0]}")
-    command = [COMPILERS[0], *STRICT, "-Isrc", "examples/example.c", "libstickslip.a", "-lm"]
-    exported.run(*command, "-o", "example")
-    assert "samples of the energy estimator 100" in exported.run("./example")
+    out = exported.run("make", "example", f"CC={COMPILERS[0]}", f"CFLAGS={' '.join(STRICT)}")
+    assert "samples of the energy estimator 100" in out
     exported.run("make", "clean")
+
+
+@needs_compiler
+def test_the_makefile_works_in_float(tmp_path: Path) -> None:
+    """Also for an offset of next to nothing, whose own size is no measure of its error."""
+    if shutil.which("make") is None:
+        pytest.skip("make is not found")
+    written = render(
+        document(offset=1e-5),
+        "c",
+        settings=ExportSettings(precision="single", sampling_time=0.001),
+    )
+    for file, text in written.rendered.files.items():
+        assert isinstance(text, str)
+        path = tmp_path / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    done = subprocess.run(
+        ["make", "test", f"CC={COMPILERS[0]}"],  # noqa: S607
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.count(" 0 failures") == len(NAMES)
+    assert "law: 0 failures, largest error 0\n" not in done.stdout, "float differs"
 
 
 @pytest.mark.slow

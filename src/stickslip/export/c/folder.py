@@ -31,6 +31,12 @@ LIBRARY_FUNCTIONS = tuple(
 """Functions of the mathematical library that the code calls."""
 
 
+FLOAT_BOUNDS = {"law": 2e-7, "kalman": 1e-3}
+"""Largest error of a module in float, relative to the largest value of the same unit [-]: three
+roundings of a force; 2e-4 is measured of the filter's states. The energy estimator computes in
+double, and corrections of the pulse controller are not comparable."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Part:
     """A module with its configuration: the first state, and what its templates need besides."""
@@ -176,6 +182,7 @@ def context(part: Part, content: CodeContent) -> dict[str, Any]:
         "banner": content.banner,
         "axis": axis_in_words(content.axis),
         "real": real,
+        "float_bound": FLOAT_BOUNDS.get(module.name),
         "structures": _public(module.unit.structures(), real),
         "tuples": module.unit.tuples(),
         "functions": module.unit.functions(),

@@ -90,7 +90,7 @@ def folder(content: "CodeContent", notes: tuple[str, ...] = ()) -> dict[str, str
 
 def _common(content: "CodeContent", parts: Any, notes: tuple[str, ...]) -> dict[str, Any]:
     """Return what the files beside the modules are filled with."""
-    from stickslip.export.c.folder import LIBRARY_FUNCTIONS
+    from stickslip.export.c.folder import FLOAT_BOUNDS, LIBRARY_FUNCTIONS
     from stickslip.export.c.memory import state_bytes
 
     law = content.law
@@ -112,6 +112,7 @@ def _common(content: "CodeContent", parts: Any, notes: tuple[str, ...]) -> dict[
             {
                 "name": part.module.name,
                 "what": _WHAT[part.module.name],
+                "float_bound": FLOAT_BOUNDS.get(part.module.name),
                 "config": [state_bytes(part.module, "config", real) for real in _reals(part)],
                 "state": [state_bytes(part.module, "state", real) for real in _reals(part)],
             }
