@@ -96,3 +96,13 @@ def test_a_group_that_is_cut_off():
     with pytest.raises(InputError) as caught:
         read(made)
     assert caught.value.code == "unequal_lengths"
+
+
+def test_a_stated_column_that_is_absent_is_named_before_the_time():
+    made = table({"fast": {"t #1": FAST, "pos": FAST}, "slow": {"t #2": SLOW, "tau": SLOW}})
+    schema = LogSchema(kind="rotary", position="missing", effort="tau")
+    assigned = one_axis(assign(made, schema), None, label="log").checked()
+    with pytest.raises(InputError) as caught:
+        axis_log(made, assigned, "", None, default_name="log")
+    assert caught.value.code == "no_such_column"
+    assert caught.value.quantities["name"] == "missing"

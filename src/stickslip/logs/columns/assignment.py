@@ -161,6 +161,8 @@ def _filled(
     key: str | None = None,
 ) -> Assignment:
     """Return a schema with the channels that it does not state, as far as their names show them."""
+    if not _can_be_bound(table, schema):
+        return Assignment(axis=axis, schema=schema)
     open_ended = not schema.stated
     sampled = schema.sampling_time is not None or schema.sampling_frequency is not None
     found: dict[str, Meaning | None] = {}
@@ -194,6 +196,17 @@ def _filled(
         return Assignment(axis=axis, schema=schema, found=found, problem=error)
     complete = replace(schema, **entries)
     return Assignment(axis=axis, schema=complete, found=found, notes=tuple(notes))
+
+
+def _can_be_bound(table: Table, schema: AxisSchema) -> bool:
+    """Return whether what is stated are columns of the log; if not, binding them is an error."""
+    try:
+        for channel in CHANNELS:
+            if (text := getattr(schema, channel)) is not None:
+                stated_expression(table, channel, text, table.label)
+    except InputError:
+        return False
+    return True
 
 
 def _column_for(
