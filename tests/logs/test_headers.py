@@ -151,6 +151,15 @@ def test_odrive(file):
     check(read_log(path, LogSchema(torque_constant=0.05)), 0)
 
 
+def test_names_in_camel_case(file):
+    q, _, tau = zip(*(motion(k) for k in range(2)), strict=True)
+    header = ["time", "shoulderPosition", "elbowMotorPosition", "shoulderTorque", "fElbowTorque"]
+    logs = read_axes(file(header, [TIME, *q, *tau]))
+    assert list(logs) == ["shoulder", "elbow"]
+    check(logs["shoulder"], 0)
+    check(logs["elbow"], 1)
+
+
 def test_numbered_joints(file):
     q, dq, tau = zip(*(motion(k) for k in range(3)), strict=True)
     header = ["t", *(f"{name}_{k}" for name in ("q", "dq", "tau") for k in range(3))]

@@ -72,8 +72,8 @@ class LogReading:
         str | None,
         _reading(
             help="Schema that comes with stickslip, such as moteus, odrive, ur-rtde, twincat, "
-            "plotjuggler, ros, kollmorgen or siemens; none for none. [default: recognised by the "
-            "columns]"
+            "plotjuggler, ros, lerobot, kollmorgen or siemens; none for none. [default: recognised "
+            "by the columns]"
         ),
     ] = None
     torque_constant: Annotated[

@@ -1,7 +1,10 @@
 """HDF5, TDMS, MDF, LeRobot and the objects of MATLAB beyond equal columns."""
 
+import json
+
 import h5py
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from matlab_files import write_matlab_73
 from measurement_files import (
@@ -15,7 +18,7 @@ from measurement_files import (
     write_timetable,
 )
 
-from stickslip.logs import LogSchema, read_log
+from stickslip.logs import LogSchema, read_axes, read_log
 from stickslip.logs.formats.registry import folder_format, format_of
 from stickslip.records import InputError
 
@@ -119,6 +122,25 @@ def test_episodes_of_lerobot_follow_one_another(columns, tmp_path):
         ),
     )  # fmt: skip
     assert log.segment_starts.tolist() == [0, 20, 40]
+
+
+@pytest.mark.parametrize("names", [{"motors": ["waist", "wrist"]}, [["waist", "wrist"]]])
+def test_joints_of_lerobot_are_axes(names, columns, tmp_path):
+    write_lerobot(tmp_path / "pick", columns)
+    info = tmp_path / "pick/meta/info.json"
+    document = json.loads(info.read_text())
+    both = {"dtype": "float64", "shape": [2], "names": names}
+    document["features"].update({"observation.state": both, "observation.effort": both})
+    info.write_text(json.dumps(document))
+    for file in tmp_path.glob("pick/data/**/*.parquet"):
+        data = pq.read_table(file).drop_columns("observation.effort")
+        state = data["observation.state"]
+        pq.write_table(data.append_column("observation.effort", state), file)
+    logs = read_axes(tmp_path / "pick", LogSchema(kind="rotary"))
+    assert list(logs) == ["waist", "wrist"]
+    np.testing.assert_array_equal(logs["wrist"].measured_position, columns["load_position"])
+    np.testing.assert_array_equal(logs["wrist"].effort, columns["load_position"])
+    assert "preset lerobot" in logs["waist"].source.assumptions[1]
 
 
 @pytest.mark.parametrize("version", ["v7", "v7.3"])

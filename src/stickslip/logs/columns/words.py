@@ -36,11 +36,11 @@ _WEAK: Mapping[str, frozenset[str]] = {
 
 _MEASURED = _set(
     "measured meas measurement actual act fb fbk feedback estimate estimated est present sensed "
-    "read ist istwert"
+    "read observation ist istwert"
 )
 _COMMANDED = _set(
     "commanded command cmd setpoint set sp target reference ref desired des demand demanded goal "
-    "input planned control soll sollwert"
+    "input planned control action soll sollwert"
 )
 _EXCLUDED = _set(
     "error err acc acceleration accel ddq qdd jerk temp temperature limit max min maximum minimum "
@@ -84,7 +84,7 @@ _SEGMENT = re.compile(r"[/.]|->")
 _PIECE = re.compile(r"[^\W_]+")
 _WORD = re.compile(r"[^\W\d_]*[A-Z]{2,}(?![a-z])|[^\W\d_]?[^\W\dA-Z_]+|[A-Z]+|\d+")
 _SIEMENS = re.compile(r"\b[rp]\d{2,5}\b(?:\[\d+\])?")  # numbers of a drive's parameters
-_HUNGARIAN = re.compile(r"(?:f|lr|r|n|i|b|st|fb|di|ui|ar)(?=[A-Z][a-z])")
+_HUNGARIAN = re.compile(r"^(?:f|lr|r|n|i|b|st|fb|di|ui|ar)(?=[A-Z][a-z])")
 """Type prefix of a variable of a programmable controller, as in ``fActPos``."""
 
 

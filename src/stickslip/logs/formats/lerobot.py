@@ -93,6 +93,8 @@ def _columns(feature: str, description: Any) -> list[tuple[str, tuple[str, int |
     names = description.get("names")
     if isinstance(names, dict):  # {"motors": [...]}
         names = next((each for each in names.values() if isinstance(each, list)), None)
+    if isinstance(names, list) and len(names) == 1 and isinstance(names[0], list):  # [[...]]
+        names = names[0]
     if not isinstance(names, list) or len(names) != size:
         return [(f"{feature}[{k}]", (feature, k)) for k in range(size)]
     return [(f"{feature}/{name}", (feature, k)) for k, name in enumerate(names)]
