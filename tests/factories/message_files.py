@@ -56,14 +56,18 @@ def write_ros_1(path, columns):
 
 def write_ros_2(path, columns, plugin=StoragePlugin.SQLITE3, topics=(TOPIC,)):
     """Write joint states as the folder of a ROS 2 bag; receive times are 7 ms late."""
-    store = get_typestore(Stores.ROS2_HUMBLE)
     states = list(zip(stamps_of(columns["time"]), *joint_columns(columns), strict=True))
+    _write_states(path, JOINTS, states, plugin, topics)
+
+
+def _write_states(path, joints, states, plugin, topics=(TOPIC,)):
+    store = get_typestore(Stores.ROS2_HUMBLE)
     with Writer2(path, version=9, storage_plugin=plugin) as writer:
         kind = "sensor_msgs/msg/JointState"
         for topic in topics:
             connection = writer.add_connection(topic, kind, typestore=store)
             for stamp, *state in states:
-                raw = store.serialize_cdr(_joint_state(store, stamp, JOINTS, *state), kind)
+                raw = store.serialize_cdr(_joint_state(store, stamp, joints, *state), kind)
                 writer.write(connection, stamp + 7_000_000, raw)
 
 
@@ -71,8 +75,26 @@ def write_ros_2_file(path, columns, plugin):
     """Write the one file that a ROS 2 bag has in its folder."""
     folder = path.with_name(f"{path.name}-bag")
     write_ros_2(folder, columns, plugin)
+    _only_file(folder, path)
+
+
+def _only_file(folder, path):
     (file,) = folder.glob(f"*{path.suffix}")
     file.rename(path)
+
+
+def write_robot(path, joints, columns):
+    """Write columns with the names of PlotJuggler as joint states without velocities, in MCAP."""
+    position, effort = (
+        np.stack([columns[f"{TOPIC}/{joint}/{name}"] for joint in joints], axis=1)
+        for name in ("position", "effort")
+    )
+    stamps = [round(each * 1e9) for each in columns["__time"]]
+    states = [(stamp, q, [], tau) for stamp, q, tau in zip(stamps, position, effort, strict=True)]
+    folder = path.with_name(f"{path.name}-bag")
+    _write_states(folder, joints, states, StoragePlugin.MCAP)
+    _only_file(folder, path)
+    return path
 
 
 def write_dynamic_joint_states(path, columns):

@@ -1,10 +1,11 @@
-"""All axes of a log in one call: seven joints of MuJoCo, and the parts that need no fit."""
+"""All axes of a log in one call: a bag of seven MuJoCo joints, and the parts that need no fit."""
 
 import json
 
 import numpy as np
 import pytest
 import seven_joints
+from message_files import write_robot
 
 from stickslip.logs import AxisSchema, LogSchema
 from stickslip.presentation import write_report
@@ -18,9 +19,8 @@ FLAG = LogSchema(kind="rotary")
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    return seven_joints.write_csv(
-        tmp_path_factory.mktemp("robot") / "robot.csv", seven_joints.record()
-    )
+    path = tmp_path_factory.mktemp("robot") / "robot.mcap"
+    return write_robot(path, seven_joints.JOINTS, seven_joints.record())
 
 
 @pytest.fixture(scope="module")
