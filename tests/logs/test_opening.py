@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sample_files import COMPRESSED, OF_ALL_CHANNELS, text_of
+from sample_files import COMPRESSED, OF_ALL_CHANNELS, OF_JOINTS, text_of
 
-from stickslip.logs import LogSchema, read_log, read_schema
+from stickslip.logs import LogSchema, read_axes, read_log, read_schema
 from stickslip.records import InputError, MissingExtraError
 
 LINEAR = LogSchema(kind="linear")
@@ -107,6 +107,17 @@ def test_standard_input(columns, expected, same, tmp_path, monkeypatch):
         log = read_log("-", LINEAR)
         same(log, expected, name=False)
         assert log.name == "standard input"
+
+
+@pytest.mark.parametrize("name", ["version-1.bag", "ros.mcap", "json.mcap", "protobuf.mcap"])
+def test_messages_from_standard_input(name, columns, tmp_path, monkeypatch):
+    write = {**OF_ALL_CHANNELS, **OF_JOINTS}[name]
+    write(tmp_path / name, columns)
+    content = io.BytesIO((tmp_path / name).read_bytes())
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(content))
+    log = next(iter(read_axes("-", LINEAR).values()))
+    np.testing.assert_array_equal(log.measured_position, columns["position"])
+    assert log.source.files == ("standard input",)
 
 
 def test_no_standard_input(monkeypatch):

@@ -18,6 +18,8 @@ _LARGEST_MESSAGE = 65_536
 """Bytes of a message with numbers over time: larger ones are images and scans."""
 
 _MAGIC = b"\x89MCAP0\r\n"
+_SIGNATURES = {".bag": b"#ROSBAG V", ".mcap": _MAGIC, ".db3": b"SQLite format 3\0"}
+"""First bytes of a bag, by the ending of its name."""
 
 _CONTROL_TYPES = {
     "control_msgs/msg/InterfaceValue": "string[] interface_names\nfloat64[] values\n",
@@ -59,11 +61,19 @@ def read_bag(path: Path) -> Table:
 
 
 class _File(type(Path())):
-    """A path whose ending is in lower case, as the library knows the kinds of bags by it."""
+    """A path whose ending is in lower case, as the library knows the kinds of bags by it.
+
+    A file without a known ending, such as standard input, has that of its first bytes.
+    """
 
     @property
     def suffix(self) -> str:
-        return super().suffix.lower()
+        ending = super().suffix.lower()
+        if ending in _SIGNATURES or not self.is_file():
+            return ending
+        with self.open("rb") as file:
+            head = file.read(max(map(len, _SIGNATURES.values())))
+        return next((each for each, own in _SIGNATURES.items() if head.startswith(own)), ending)
 
 
 def _first_messages(reader: Any) -> tuple[list[Message], dict[str, str]]:
