@@ -35,9 +35,10 @@ MODEL = f"""
 """
 
 
-def models() -> dict[str, mujoco.MjModel]:
+def models(inertia: float = INERTIA) -> dict[str, mujoco.MjModel]:
     """Return the exported model, and the same without the settings of the constraint."""
-    (content,) = render(ESTIMATE, "mjcf", into=MODEL, joint="elbow").rendered.files.values()
+    into = MODEL.replace(f"{INERTIA} {INERTIA} {INERTIA}", f"{inertia} {inertia} {inertia}")
+    (content,) = render(ESTIMATE, "mjcf", into=into, joint="elbow").rendered.files.values()
     exported = content.decode() if isinstance(content, bytes) else content
     start = exported.index(" solreffriction")
     default = exported[:start] + exported[exported.index("/>", start) :]
@@ -82,12 +83,19 @@ def main() -> None:
                 color=color,
                 label=f"{name}, {share:g} of the friction",
             )
-            print(f"{name}, {share:g}: {abs(position[-1]):.2g} rad in 10 s")
     left.set(title="Coasting", xlabel="time [s]", ylabel="velocity [rad/s]")
     left.legend()
     right.set(title="Drift at rest", xlabel="time [s]", ylabel="position [rad]", ylim=(1e-9, 1))
     right.legend(fontsize=7, loc="lower right")
     save(figure, "export-mujoco.png")
+    for inertia in (INERTIA, 0.1 * INERTIA):
+        for name, model in models(inertia).items():
+            for share in (0.3, 0.9):
+                _, position, _ = run(model, 10.0, start=0.0, load=share * COULOMB)
+                print(
+                    f"friction over inertia {COULOMB / inertia:g} rad/s^2, {share:g} of the "
+                    f"friction, {name}: {abs(position[-1]):.2g} rad in 10 s"
+                )
 
 
 if __name__ == "__main__":

@@ -85,7 +85,7 @@ def test_force_gives_exit_code_1_and_a_warning(run, estimate, tmp_path):
         (("table",), "--top-speed"),
         (("table", "--top-speed", "-1"), "--top-speed"),
         (("genesis", "--axis", "knee"), "--axis is 'knee'"),
-        (("mjcf", "--into", "{robot}", "--joint", "elbow"), "joint"),
+        (("mjcf", "--into", "{robot}", "--joint", "elbow"), "the file is URDF"),
     ],
 )
 def test_bad_input_is_one_line_with_a_remedy(run, estimate, robot, tmp_path, arguments, says):

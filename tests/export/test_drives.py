@@ -99,6 +99,43 @@ def test_twincat_cnc_has_speeds_of_the_axis_and_currents_of_the_motor(kind):
         assert output == pytest.approx(1000.0 * torque / 0.002, abs=1.0)
 
 
+def test_twincat_cnc_states_the_deviation_of_what_is_written():
+    """Whole numbers of 0.1 % of the rated current are coarser than the interpolation."""
+    estimate, constant, current, top = document(**CURVED), 0.1, 3.0, 3.0
+    settings = {"torque_constant": constant, "rated_current": current, "top_speed": top}
+    content, notes = text("twincat-cnc", estimate, **settings)
+    lines = [line.split() for line in content.splitlines() if line.startswith("frict_comp.table[")]
+    speeds, outputs = (
+        np.array([int(value) for name, value in lines if name.endswith(end)])
+        for end in (".in", ".out")
+    )
+    effort = outputs * 1e-3 * constant * current * GEAR
+    speed = np.linspace(1.0, top, 500)  # above the Stribeck effect, which is left out
+    law = COULOMB + VISCOUS * speed + CURVED["quadratic_friction"] * speed**2
+    found = np.max(np.abs(np.interp(speed, speeds * math.pi / 180e3, effort) - law))
+    (note,) = [each for each in notes if "Largest deviation" in each]
+    stated = float(note.split(": ")[1].split()[0])
+    assert 0.4 * stated < found <= 1.05 * stated
+
+
+def test_twincat_cnc_has_no_speed_twice():
+    settings = {"torque_constant": 0.1, "rated_current": 2.0, "top_speed": 1e-4}
+    content, _ = text("twincat-cnc", **settings)
+    lines = [line.split() for line in content.splitlines() if "].in" in line]
+    speeds = [int(value) for _, value in lines]
+    assert speeds[0] > 0
+    assert speeds == sorted(set(speeds))
+    assert f"table_entries         {len(speeds)}\n" in content
+
+
+def test_ax8000_of_a_linear_motor_has_forces():
+    content, _ = text("ax8000", document("linear"), Transmission(side="motor"))
+    assert [line.split(",")[5] for line in content.splitlines() if line.startswith("PS,")] == [
+        "N",
+        "N s/m",
+    ]
+
+
 def test_twincat_cnc_has_at_most_20_points():
     settings = {"torque_constant": 0.1, "rated_current": 2.0, "top_speed": 3.0}
     content, _ = text("twincat-cnc", document(**CURVED), **settings)

@@ -110,6 +110,37 @@ def test_values_of_usd_need_overwrite():
 
 
 @pytest.mark.parametrize("target", ROBOTS)
+def test_existing_values_of_all_joints_are_shown(target):
+    def robot(viscous):
+        return {
+            "axes": {"elbow": document(), "slide": document("linear", viscous_friction=viscous)}
+        }
+
+    once = ROBOTS[target]
+    if target != "usd":
+        first = render(robot(3.5), target, into=once, joint=None)
+        once = first.rendered.files[""]
+    else:
+        for axis, joint in (("Z", "elbow"), ("X", "slide")):
+            assert joint in once
+            line = f'token physics:axis = "{axis}"'
+            once = once.replace(line, f"{line}\nfloat newton:damping = 77")
+        assert once.count("77") == 2
+    changed = robot(9.25)
+    changed["axes"]["elbow"] = document(viscous_friction=0.3)
+    with refuses("values_present", joint="elbow") as caught:
+        render(changed, target, into=once)
+    assert "joint 'slide'" in caught.value.quantities["more"]
+    assert "9.25" in caught.value.quantities["more"]
+
+
+@pytest.mark.parametrize(("target", "other"), [("urdf", "mjcf"), ("mjcf", "sdf"), ("sdf", "urdf")])
+def test_a_robot_of_another_format_is_named(target, other):
+    with refuses("other_robot_format"):
+        edited(target, into=ROBOTS[other])
+
+
+@pytest.mark.parametrize("target", ROBOTS)
 def test_an_unknown_joint_suggests_similar_names(target):
     with refuses("unknown_joint", joint="elbov", choices=("elbow",)):
         edited(target, joint="elbov")
@@ -449,10 +480,34 @@ def test_mujoco_decelerates_with_static_friction():
     assert found[0] - found[1:] == pytest.approx(found[0] - expected, rel=DECELERATION)
 
 
+def test_the_actuator_of_an_earlier_export_goes_with_the_static_friction():
+    """It would add its friction to that of the joint."""
+    once = edited("mjcf", **WITH_STATIC)
+    with refuses("values_present", joint="elbow") as caught:
+        edited("mjcf", into=once)
+    assert any("elbow_friction" in each for each in caught.value.quantities["changes"])
+    again = edited("mjcf", into=once, settings=ExportSettings(overwrite=True))
+    mujoco, model = mujoco_model(again)
+    assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "elbow_friction") == -1
+    assert model.dof_frictionloss[0] == pytest.approx(COULOMB)
+
+
+def test_an_actuator_is_replaced_with_overwrite_only():
+    once = edited("mjcf", **WITH_STATIC)
+    start = once.index('lugre="') + len('lugre="')
+    other = once[:start] + "1 " + once[once.index(" ", start) + 1 :]
+    with refuses("values_present", joint="elbow"):
+        edited("mjcf", into=other, **WITH_STATIC)
+    assert (
+        edited("mjcf", into=other, settings=ExportSettings(overwrite=True), **WITH_STATIC) == once
+    )
+
+
 def test_a_second_export_replaces_the_actuator():
     once = edited("mjcf", **WITH_STATIC)
     assert edited("mjcf", into=once, **WITH_STATIC) == once
-    again = edited("mjcf", into=once, **WITH_STATIC | {"static_friction": 0.8})
+    settings = ExportSettings(overwrite=True)
+    again = edited("mjcf", into=once, settings=settings, **WITH_STATIC | {"static_friction": 0.8})
     assert again.count("<dcmotor") == 1
     mujoco_model(again)
 

@@ -173,6 +173,12 @@ class Exporter(Protocol):
         ...
 
 
+def quantities_used(exporter: Exporter) -> tuple[str, ...]:
+    """Return the quantities that a target holds, and the inertia if it can be an armature."""
+    armature = ("mass", "inertia") if "link_inertia" in exporter.options else ()
+    return (*exporter.represents, *armature)
+
+
 def axis_in_words(name: str) -> str:
     """Return an axis as it is named in a sentence."""
     return "the axis" if name == DEFAULT_AXIS else f"axis {name}"

@@ -238,11 +238,12 @@ class ExportParameters:
             covariance=self.covariance[np.ix_(rows, rows)] * np.outer(scales, scales),
         )
 
-    def warnings(self) -> tuple[str, ...]:
-        """Return one sentence on each parameter that is written against its verdict."""
+    def warnings(self, quantities: tuple[str, ...]) -> tuple[str, ...]:
+        """Return one sentence on each of these quantities that is written against its verdict."""
         return tuple(
             in_words(f"{name} was written by force: {reason}")
             for name, reason in self.forced.items()
+            if quantity_name(name) in quantities
         )
 
     def missing(self, quantities: tuple[str, ...]) -> tuple[str, ...]:
@@ -269,11 +270,12 @@ class ExportParameters:
             directions; the end of a sentence.
         """
         sentences: list[str] = []
-        differs = [n for n in ("coulomb_friction", "viscous_friction") if self._differs(n)]
-        if differs and "direction" in cannot:
-            sentences.append(
-                in_words(f"{' and '.join(differs)} per direction {cannot['direction']}")
-            )
+        if "direction" in cannot:
+            sentences += [
+                in_words(f"{name} per direction {cannot['direction']}")
+                for name in ("coulomb_friction", "viscous_friction")
+                if self._differs(name)
+            ]
         others: list[str] = []
         for quantity in dict.fromkeys(("offset", *map(quantity_name, self.values))):
             value = self.offset if quantity == "offset" else self.mean(quantity)

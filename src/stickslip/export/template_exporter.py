@@ -94,7 +94,9 @@ class TemplateExporter:
             filled.append(own | values)
             notes += [f"{name}: {each}" if len(axes) > 1 else each for each in remarks]
         package = self.values.__module__.rpartition(".")[0]
-        text = filled_in(package, self.template, lines=heading(axes, tuple(notes)), axes=filled)
+        text = filled_in(
+            package, self.template, lines=heading(self, axes, tuple(notes)), axes=filled
+        )
         return Rendered(files={"": text}, notes=tuple(notes))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from stickslip.export.base import Exporter
+from stickslip.export.base import Exporter, quantities_used
 from stickslip.export.parameters import ExportParameters
 
 
@@ -73,14 +73,21 @@ def notes_on(
     )
 
 
-def heading(axes: Mapping[str, ExportParameters], notes: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the lines at the head of a file: origin, side, what was forced, and the notes."""
+def heading(
+    exporter: Exporter, axes: Mapping[str, ExportParameters], notes: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return the lines at the head of a file.
+
+    They are origin, side, what was forced, what was withheld, and the notes.
+    """
     lines: list[str] = []
     for name, parameters in axes.items():
         before = f"{name}: " if len(axes) > 1 else ""
         lines.append(f"{before}{parameters.source.text}")
         lines.append(f"{before}{side_of(parameters)}")
-        lines += [f"{before}WARNING: {each}" for each in parameters.warnings()]
+        forced = parameters.warnings(quantities_used(exporter))
+        lines += [f"{before}WARNING: {each}" for each in forced]
+        lines += [f"{before}{each}" for each in parameters.missing(exporter.represents)]
     return (*lines, *notes)
 
 
@@ -92,8 +99,9 @@ def side_of(parameters: ExportParameters) -> str:
         return f"Values of the {parameters.side} side, {units}"
     if parameters.side == parameters.transmission.side:
         return f"Values of the {parameters.side} side, as identified, {units}"
-    per = "rad of the joint" if parameters.transmission.lead is None else "m"
+    moved = {"rotary": "rad per rad", "linear": "m per m"}[parameters.kind]
+    moved = moved if parameters.transmission.lead is None else "rad per m"
     return (
         f"Values of the {parameters.side} side, identified on the {parameters.transmission.side} "
-        f"side, {units}; the motor turns {ratio:.9g} rad per {per}"
+        f"side, {units}; the motor moves {ratio:.9g} {moved} of the joint"
     )

@@ -6,7 +6,14 @@ from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path, PurePosixPath
 
-from stickslip.export.base import DEFAULT_AXIS, Exporter, ExportSettings, FileToEdit, Rendered
+from stickslip.export.base import (
+    DEFAULT_AXIS,
+    Exporter,
+    ExportSettings,
+    FileToEdit,
+    Rendered,
+    quantities_used,
+)
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.reading import (
     Estimate,
@@ -108,7 +115,10 @@ def render(
     warnings = tuple(
         (f"{name}: " if len(axes) > 1 else "") + sentence
         for name, each in axes.items()
-        for sentence in (*each.warnings(), *each.missing(exporter.represents))
+        for sentence in (
+            *each.warnings(quantities_used(exporter)),
+            *each.missing(exporter.represents),
+        )
     ) + tuple(f"{name} is not written: {reason}" for name, reason in without.items())
     trusted = all(each.source.status is Status.OK for each in axes.values())
     return Export(

@@ -59,7 +59,7 @@ class CodeExporter:
             banner=parameters.source.text,
         )
         notes = notes_on(self, axes, *(each[0].upper() + each[1:] for each in derived.notes))
-        lines = heading(axes, notes)[1:]  # the origin is the first line of every file
+        lines = heading(self, axes, notes)[1:]  # the origin is the first line of every file
         return Rendered(files=folder(derived.content, lines), notes=notes)
 
 

@@ -3,6 +3,8 @@
 import math
 import struct
 
+import numpy as np
+
 from stickslip.export.drives.table import FALLING, LAW
 from stickslip.export.law_table import law_table
 from stickslip.export.template_exporter import MEAN, AxisToFill, Filling, TemplateExporter
@@ -23,18 +25,20 @@ def _ax8000(axis: AxisToFill) -> Filling:
     """Start-up list of AX8000: object 0x3144 (channel A), 0x3544 (channel B).
 
     Subindex 1 is the spring rate of the static friction [N m/rad], 2 its torque [N m], 3 the
-    dynamic friction factor [N m s/rad], all REAL32, of the motor. Source:
-    https://infosys.beckhoff.com/content/1033/ax8xxx_object/11604904587.html and the pages after it.
+    dynamic friction factor [N m s/rad], all REAL32, of the motor; of a linear motor with N and m.
+    Source: https://infosys.beckhoff.com/content/1033/ax8xxx_object/11604904587.html and the pages
+    after it.
     """
     mean = axis.parameters.mean
     friction, distance = mean("presliding_friction"), mean("presliding_distance")
     rate = abs(friction) / distance if friction is not None and distance else None
+    unit_of = axis.parameters.unit
     rows = [
         (subindex, value, struct.pack("<f", value).hex(), unit, meaning)
         for subindex, value, unit, meaning in (
-            (1, rate, "N m/rad", "Static friction spring rate"),
-            (2, mean("coulomb_friction"), "N m", "Static friction torque/force"),
-            (3, mean("viscous_friction"), "N m s/rad", "Dynamic friction factor"),
+            (1, rate, unit_of("stiffness"), "Static friction spring rate"),
+            (2, mean("coulomb_friction"), unit_of("effort"), "Static friction torque/force"),
+            (3, mean("viscous_friction"), unit_of("viscous_friction"), "Dynamic friction factor"),
         )
         if value is not None
     ]
@@ -62,15 +66,20 @@ def _twincat_cnc(axis: AxisToFill) -> Filling:
     share = 1000.0 / (rated_effort(axis) * (1.0 if ratio is None else abs(ratio)))  # joint effort
     linear = parameters.kind == "linear"
     unit = 1e6 if linear else 1e3 * 180.0 / math.pi
+    speeds, shares = np.round(table.speed * unit), np.round(table.magnitude * share)
+    rounding = np.abs(np.interp(speeds / unit, table.speed, table.magnitude) - shares / share)
+    error = table.error + float(np.max(rounding))
     notes = [
-        f"Largest deviation of linear interpolation: {table.error:.3g} {parameters.unit('effort')}",
+        "Largest deviation of linear interpolation, with the rounding to whole numbers: "
+        f"{error:.2g} {parameters.unit('effort')}",
         "table[].out is in 0.1 % of the rated current; check the scaling of the drive "
         "(dig_drv.act_torque)",
         "The list is active with lr_param.frict_comp 1 (P-AXIS-00522)",
     ]
     if ratio is None:
         notes.append("No gear ratio was given: the motor drives the axis directly")
-    rows = list(zip(table.speed * unit, table.magnitude * share, strict=True))
+    rising = np.diff(speeds, prepend=0.0) > 0.0  # slow points may round to one
+    rows = list(zip(speeds[rising], shares[rising], strict=True))
     return {"rows": rows, "speed_unit": "um/s" if linear else "0.001 deg/s"}, notes
 
 

@@ -71,7 +71,7 @@ class FmuExporter:
             settings.fmi_version or "2.0",
             settings.binaries or "all",
             banner,
-            heading(axes, notes_made),
+            heading(self, axes, notes_made),
         )
         return Rendered(files={"": file}, notes=notes_made)
 

@@ -6,14 +6,15 @@ from typing import Literal
 
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.robots.joints import check_kind, edited_file
+from stickslip.export.robots.joints import PresentValues, check_kind, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.export.templates import heading, notes_on, number
 
 JointEdits = Callable[
-    [XmlText, Element, Mapping[str, str], tuple[str, ...], ExportSettings], list[Edit]
+    [XmlText, Element, Mapping[str, str], tuple[str, ...], PresentValues], list[Edit]
 ]
-"""Returns the edits that write the values of a joint into a text, with a remark before them."""
+"""Returns the edits that write the values of a joint into a text, with a remark before them; adds
+the values that they change."""
 
 _KINDS = {"revolute": "rotary", "continuous": "rotary", "prismatic": "linear"}
 _NAMES = {"damping": "viscous_friction", "friction": "coulomb_friction"}
@@ -66,6 +67,7 @@ class DynamicsExporter:
         # A joint of a transmission or of ros2_control has a name, and no type
         joints = [each for each in text.elements("joint") if "type" in each.attributes]
         edits: list[Edit] = []
+        present = PresentValues()
         for name, parameters in axes.items():
             joint = text.joint(name, joints)
             check_kind(name, joint.attributes["type"], _KINDS, parameters)
@@ -75,6 +77,7 @@ class DynamicsExporter:
                 if (value := parameters.mean(quantity)) is not None
             }
             one = {name: parameters}
-            remark = heading(one, notes_on(self, one))
-            edits += self.joint_edits(text, joint, values, remark, settings)
+            remark = heading(self, one, notes_on(self, one))
+            edits += self.joint_edits(text, joint, values, remark, present)
+        present.check(overwrite=settings.overwrite)
         return Rendered(files={"": text.edited(edits)}, notes=notes_on(self, axes))

@@ -39,21 +39,37 @@ def check_kind(
     )
 
 
-def check_present(
-    name: str, present: Mapping[str, str], values: Mapping[str, str], *, overwrite: bool
-) -> None:
-    """Check that no value that a joint has is changed, unless that is wanted."""
-    changes = [
-        f"{key} {present[key]} -> {value}"
-        for key, value in values.items()
-        if key in present and not _equal(present[key], value)
-    ]
-    if changes and not overwrite:
-        raise InputError("values_present", joint=name, changes=changes)
+class PresentValues:
+    """Values that joints of a file have and an export changes, for one message on all of them."""
+
+    def __init__(self) -> None:
+        self._changes: dict[str, list[str]] = {}
+
+    def add(
+        self, joint: str, present: Mapping[str, str | None], values: Mapping[str, str | None]
+    ) -> None:
+        """Add what of the present values of a joint is changed; None is no value."""
+        changes = [
+            f"{key} {old} -> {'none' if value is None else value}"
+            for key, value in values.items()
+            if (old := present.get(key)) is not None and not _equal(old, value)
+        ]
+        if changes:
+            self._changes.setdefault(joint, []).extend(changes)
+
+    def check(self, *, overwrite: bool) -> None:
+        """Check that nothing is changed, unless that is wanted."""
+        if not self._changes or overwrite:
+            return
+        (joint, changes), *others = self._changes.items()
+        more = "".join(f"; joint {name!r}: {', '.join(rest)}" for name, rest in others)
+        raise InputError("values_present", joint=joint, changes=changes, more=more)
 
 
-def _equal(one: str, other: str) -> bool:
+def _equal(one: str, other: str | None) -> bool:
     """Return whether two texts are the same numbers, in single precision."""
+    if other is None:
+        return False
     try:
         ours, theirs = ([float(each) for each in text.split()] for text in (one, other))
     except ValueError:

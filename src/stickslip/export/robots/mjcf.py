@@ -1,5 +1,6 @@
 """Joint friction in MJCF, the format of MuJoCo, edited as text."""
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -8,7 +9,7 @@ import numpy as np
 
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.robots.joints import armature, check_kind, check_present, edited_file
+from stickslip.export.robots.joints import PresentValues, armature, check_kind, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText, attribute
 from stickslip.export.templates import heading, notes_on, number
 from stickslip.records import InputError, mass_name, positive
@@ -18,6 +19,7 @@ _TIME_STEP = 0.002  # MuJoCo's default [s]
 _IMPEDANCE = "0.9999 0.9999 0.001 0.5 2"
 _IMPEDANCE_AT_REST = 0.9999  # the largest that MuJoCo allows
 _FIT_POINTS = 400
+_LUGRE = re.compile(rb"""\blugre\s*=\s*["']([^"']*)""")
 _PLACES = ("body", "frame", "replicate")
 
 # Bristles of the LuGre friction, over the inertia J and the time step h: stiffness 0.04 J/h^2 (31
@@ -87,7 +89,8 @@ class MjcfExporter:
         defaults = _Defaults(text.root)
         time_step, assumed = _time_step(text, settings, included=bool(includes))
         edits: list[Edit] = []
-        motors: dict[str, bytes] = {}
+        present = PresentValues()
+        motors: dict[str, bytes | None] = {}
         notes: list[str] = [*notes_on(self, axes), *assumed]
         for name, parameters in axes.items():
             joint = text.joint(name, joints, hint)
@@ -103,15 +106,16 @@ class MjcfExporter:
             ]
             if overridden:
                 own.append(f"Joint {name} no longer has {', '.join(overridden)} of its class")
-            check_present(name, joint.attributes, values, overwrite=settings.overwrite)
+            present.add(name, joint.attributes, values)
+            if "frictionloss" in values:
+                motors[name] = motor
             one = {name: parameters}
-            remark = heading(one, (*notes_on(self, one), *assumed, *own))
+            remark = heading(self, one, (*notes_on(self, one), *assumed, *own))
             edits += text.insert_before(joint, text.comment(remark, text.indent(joint)))
             edits += text.set_attributes(joint, values)
-            if motor is not None:
-                motors[f"{name}_friction"] = motor
             notes += [f"{name}: {each}" if len(axes) > 1 else each for each in own]
-        edits += _motor_edits(text, motors)
+        edits += _motor_edits(text, motors, present)
+        present.check(overwrite=settings.overwrite)
         return Rendered(files={"": text.edited(edits)}, notes=tuple(notes))
 
 
@@ -253,35 +257,53 @@ def _lugre(
     damping = _DAMPING * inertia / time_step
     numbers = " ".join(map(number, (stiffness, damping, coulomb, static, speed)))
     motor = (
-        b"<dcmotor name=%b joint=%b " % (attribute(f"{name}_friction"), attribute(name))
+        b"<dcmotor name=%b joint=%b " % (attribute(_actuator_name(name)), attribute(name))
         + f'input="none" motorconst="0 0" resistance="1" lugre="{numbers}"/>'.encode()
     )
-    bend = static / stiffness
+    bend = f"{static / stiffness:.2g} {parameters.unit('position')}"
     return motor, [
         "Coulomb and static friction are those of the actuator "
-        f"{name}_friction (MuJoCo 3.12 or later), which adds one activation to the model; its "
-        f"bristles bend by {bend:.2g} {parameters.unit('position')} before the joint slips, and a "
-        "load of nearly the static friction that is applied at once frees it",
+        f"{_actuator_name(name)} (MuJoCo 3.12 or later), which adds one activation to the model; "
+        f"its bristles bend by {bend} before the joint slips, and a load of nearly the static "
+        "friction that is applied at once frees it",
     ]
 
 
-def _motor_edits(text: XmlText, motors: Mapping[str, bytes]) -> list[Edit]:
-    """Return the edits that add actuators, and replace those of an earlier export."""
-    if not motors:
-        return []
+def _motor_edits(
+    text: XmlText, motors: Mapping[str, bytes | None], present: PresentValues
+) -> list[Edit]:
+    """Return the edits that write the actuator of each joint in place of that of an earlier export.
+
+    A joint without one loses the earlier one, which would add its friction to that of the joint.
+    Actuators that are there and change are added to the present values.
+    """
     actuators = next((each for each in text.root.children if each.tag == "actuator"), None)
-    if actuators is None:
-        lines = [b"<actuator>", *(b"  " + each for each in motors.values()), b"</actuator>"]
-        return text.insert_child(text.root, lines)
     edits: list[Edit] = []
     new: list[bytes] = []
-    for name, motor in motors.items():
-        old = next(_named(actuators, name), None)
+    for joint, motor in motors.items():
+        name = _actuator_name(joint)
+        old = None if actuators is None else next(_named(actuators, name), None)
         if old is None:
-            new.append(motor)
-        else:
-            edits.append(Edit(start=old.start, end=old.end, content=motor))
-    return [*edits, *(text.insert_child(actuators, new) if new else [])]
+            new += [] if motor is None else [motor]
+        elif motor is not None or old.attributes.get("lugre"):
+            before = text.content[old.start : old.end]
+            if before != motor:
+                lugre = (None if each is None else _LUGRE.search(each) for each in (before, motor))
+                shown = [None if each is None else each[1].decode() for each in lugre]
+                key = f"lugre of actuator {name}"
+                present.add(joint, {key: shown[0] or old.tag}, {key: shown[1]})
+            edits.append(text.replace(old, motor))
+    if not new:
+        return edits
+    if actuators is None:
+        lines = [b"<actuator>", *(b"  " + each for each in new), b"</actuator>"]
+        return [*edits, *text.insert_child(text.root, lines)]
+    return [*edits, *text.insert_child(actuators, new)]
+
+
+def _actuator_name(joint: str) -> str:
+    """Return the name of the actuator that holds the friction of a joint."""
+    return f"{joint}_friction"
 
 
 def _named(actuators: Element, name: str) -> Iterator[Element]:

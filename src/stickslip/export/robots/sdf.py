@@ -2,9 +2,8 @@
 
 from collections.abc import Mapping
 
-from stickslip.export.base import ExportSettings
 from stickslip.export.robots.dynamics import DynamicsExporter
-from stickslip.export.robots.joints import check_present
+from stickslip.export.robots.joints import PresentValues
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.records import InputError
 
@@ -14,7 +13,7 @@ def _joint_edits(
     joint: Element,
     values: Mapping[str, str],
     remark: tuple[str, ...],
-    settings: ExportSettings,
+    present: PresentValues,
 ) -> list[Edit]:
     """``<dynamics>`` of the axis of a joint: ``<damping>`` and ``<friction>``.
 
@@ -32,11 +31,11 @@ def _joint_edits(
         indent = text.child_indent(axis)
         opened = [b"<dynamics>", *(b"  " + each for each in lines.values()), b"</dynamics>"]
         return text.insert_child(axis, [text.comment(remark, indent), *opened])
-    present = {each.tag: text.inner(each) for each in dynamics.children if each.tag in values}
-    check_present(name, present, values, overwrite=settings.overwrite)
+    old = {each.tag: text.inner(each) for each in dynamics.children if each.tag in values}
+    present.add(name, old, values)
     edits = text.insert_before(dynamics, text.comment(remark, text.indent(dynamics)))
     for child in dynamics.children:
-        if child.tag in present:
+        if child.tag in old:
             edits.append(Edit(start=child.start, end=child.end, content=lines.pop(child.tag)))
     return [*edits, *(text.insert_child(dynamics, list(lines.values())) if lines else [])]
 

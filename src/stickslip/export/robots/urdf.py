@@ -2,9 +2,8 @@
 
 from collections.abc import Mapping
 
-from stickslip.export.base import ExportSettings
 from stickslip.export.robots.dynamics import DynamicsExporter
-from stickslip.export.robots.joints import check_present
+from stickslip.export.robots.joints import PresentValues
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 
 
@@ -13,7 +12,7 @@ def _joint_edits(
     joint: Element,
     values: Mapping[str, str],
     remark: tuple[str, ...],
-    settings: ExportSettings,
+    present: PresentValues,
 ) -> list[Edit]:
     """``<dynamics damping= friction=>`` of a joint.
 
@@ -28,7 +27,7 @@ def _joint_edits(
         lines = [text.comment(remark, indent), f"<dynamics{attributes}/>".encode()]
         return text.insert_child(joint, lines)
     name = joint.attributes["name"]
-    check_present(name, dynamics.attributes, values, overwrite=settings.overwrite)
+    present.add(name, dynamics.attributes, values)
     comment = text.comment(remark, text.indent(dynamics))
     return [*text.insert_before(dynamics, comment), *text.set_attributes(dynamics, values)]
 

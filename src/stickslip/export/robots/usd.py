@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered, choices
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.robots.joints import armature, check_kind, check_present, edited_file
+from stickslip.export.robots.joints import PresentValues, armature, check_kind, edited_file
 from stickslip.export.templates import filled_in, heading, notes_on, number
 from stickslip.records import InputError, MissingExtraError
 
@@ -64,6 +64,7 @@ class UsdExporter:
         """Return the layer; see `Exporter.render`."""
         into = edited_file(into, self.title)
         prims: list[dict[str, Any]] = []
+        present = PresentValues()
         notes = list(notes_on(self, axes))
         with tempfile.TemporaryDirectory() as folder:
             stage = _opened(into, Path(folder))
@@ -74,13 +75,13 @@ class UsdExporter:
                 inertia, remark = armature(parameters, settings)
                 values = _values(parameters, inertia, units)
                 attributes = {key: prim.GetAttribute(key) for key in values}
-                present = {
+                old = {
                     key: str(attribute.Get())
                     for key, attribute in attributes.items()
                     if attribute.IsValid() and attribute.HasAuthoredValue()
                 }
                 shown = {key: number(value) for key, value in values.items()}
-                check_present(name, present, shown, overwrite=settings.overwrite)
+                present.add(name, old, shown)
                 axis = "angular" if parameters.kind == "rotary" else "linear"
                 prims.append(
                     {
@@ -90,6 +91,7 @@ class UsdExporter:
                     }
                 )
                 notes += [f"{name}: {each}" if len(axes) > 1 else each for each in remark]
+            present.check(overwrite=settings.overwrite)
             default = stage.GetDefaultPrim()
             default_prim = default.GetName() if default else ""
         notes.append(
@@ -100,7 +102,7 @@ class UsdExporter:
         text = filled_in(
             "stickslip.export.robots",
             "layer.usda",
-            lines=heading(axes, tuple(notes)),
+            lines=heading(self, axes, tuple(notes)),
             sublayer=_reference(into),
             tree=_tree(prims),
             default_prim=default_prim,
@@ -130,8 +132,19 @@ def _opened(into: FileToEdit, folder: Path) -> Any:
     try:
         return Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:
-        reason = str(error).strip().splitlines()[0].strip()[:200]
-        raise InputError("not_usd", reason=reason) from error
+        raise InputError("not_usd", reason=_reason(str(error), path)) from error
+
+
+def _reason(message: str, path: Path) -> str:
+    """Return what the library says of a file, without the places in its own sources.
+
+    >>> where = "Error in 'Parser::Raise' at line 48 in file /usd/parser.h"
+    >>> _reason(f"{where} : '/tmp/arm.usda:2:22: Expected ) at x'", Path("/tmp/arm.usda"))
+    'line 2:22: Expected ) at x'
+    """
+    first = message.strip().splitlines()[0]
+    said = first.partition(" : ")[2] or first
+    return said.strip(" '").replace(f"{path.resolve()}:", "line ")[:200]
 
 
 def _joints(stage: Any) -> Iterator[Any]:

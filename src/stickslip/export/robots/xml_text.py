@@ -10,6 +10,7 @@ from stickslip.export.base import choices
 from stickslip.records import InputError
 
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=<>/]+)\s*=\s*("[^"]*"|'[^']*')""")
+_ROOTS = {"robot": "URDF", "sdf": "SDF", "mujoco": "MJCF"}
 MARK = "stickslip: "
 """Beginning of the comments that an export writes, which a later export replaces."""
 
@@ -68,7 +69,7 @@ class XmlText:
     Raises
     ------
     InputError
-        If it is not XML, or in an encoding that is not a superset of ASCII.
+        If it is not XML, of another format, or in an encoding that is not a superset of ASCII.
     """
 
     def __init__(self, content: bytes, what: str) -> None:
@@ -76,6 +77,9 @@ class XmlText:
         self.what = what
         self.newline = b"\r\n" if b"\r\n" in content else b"\n"
         self.root = self._parsed()
+        other = _ROOTS.get(self.root.tag, what)
+        if other != what:
+            raise InputError("other_robot_format", found=other, root=self.root.tag, format=what)
 
     def _parsed(self) -> Element:
         if self.content[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -237,6 +241,13 @@ class XmlText:
             return [Edit(start=before.start, end=before.end, content=content)]
         tail = self.newline + self.indent(element) if self._begins_line(element) else b""
         return [Edit(start=element.start, end=element.start, content=content + tail)]
+
+    def replace(self, element: Element, content: bytes | None) -> Edit:
+        """Return the edit that replaces an element, or removes it and the white space before it."""
+        start = element.start
+        if content is None:
+            start = len(self.content[:start].rstrip())
+        return Edit(start=start, end=element.end, content=content or b"")
 
     def edited(self, edits: Sequence[Edit]) -> bytes:
         """Return the text with edits, none of which overlap."""

@@ -64,7 +64,7 @@ MODELICA = TemplateExporter(
     values=_modelica,
     template="friction.mo.jinja",
     side=None,
-    represents=SLIDING,
+    represents=("mass", "inertia", *SLIDING),
     cannot={
         "direction": MEAN,
         "offset": "is left out: add a ConstantTorque or ConstantForce of the opposite sign",

@@ -40,7 +40,14 @@ PYTHON_CONTROL = TemplateExporter(
     values=_python_control,
     template="python_control.py.jinja",
     side=None,
-    represents=("coulomb_friction", "viscous_friction", "static_friction", "offset"),
+    represents=(
+        "mass",
+        "inertia",
+        "coulomb_friction",
+        "viscous_friction",
+        "static_friction",
+        "offset",
+    ),
     cannot={
         "stribeck_velocity": "is left out, as the exact step has no Stribeck effect: friction is "
         "the Coulomb friction as soon as the axis moves"

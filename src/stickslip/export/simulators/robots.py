@@ -42,10 +42,20 @@ def _genesis(axis: AxisToFill) -> Filling:
         "damping": axis.parameters.mean("viscous_friction"),
         "armature": inertia or 0.0,
     }
-    return {"held": _present(held)}, [
-        "The armature is set, as Genesis adds 0.1 kg m^2 by default",
-        *notes,
-    ]
+    unit = axis.parameters.unit("inertia")
+    if inertia is None:
+        part = (
+            ""
+            if axis.parameters.inertia is None
+            else (
+                f"; the identified {axis.parameters.inertia:.4g} {unit} contain the link's, and "
+                "link-inertia is the option for the part that the model has already"
+            )
+        )
+        notes = [f"The armature is set to 0, as Genesis adds 0.1 {unit} by default{part}"]
+    else:
+        notes = [*notes, f"The armature is set, as Genesis adds 0.1 {unit} by default"]
+    return {"held": _present(held)}, notes
 
 
 def _drake(axis: AxisToFill) -> Filling:
