@@ -135,3 +135,9 @@ def test_any_dialect_gives_the_numbers_back(
 def test_a_hash_without_a_blank_before_it_belongs_to_its_cell(read):
     with refuses("cell_of_text", name="x", cell="#N/A"):
         read("t,x,F\n0,1,2\n1,#N/A,3\n2,4,5\n")
+
+
+def test_a_candump_is_named(read):
+    frames = [f"(1436509052.{k:06d}) vcan0 0{k % 8}4#2A366C{k:02X}" for k in range(60)]
+    with refuses("other_format", format="a candump"):
+        read("\n".join(frames))

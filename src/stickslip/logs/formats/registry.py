@@ -18,7 +18,7 @@ from stickslip.logs.formats.matlab import read_matlab
 from stickslip.logs.formats.measurement import read_mdf, read_tdms
 from stickslip.logs.formats.ros import read_bag, read_mcap
 from stickslip.logs.formats.sysid import read_sysid
-from stickslip.logs.formats.text import read_text
+from stickslip.logs.formats.text import CANDUMP, read_text
 from stickslip.logs.table import Table
 from stickslip.records import InputError
 
@@ -144,7 +144,7 @@ CONVERTED: Mapping[str, tuple[str, str]] = MappingProxyType(
             "rerun rrd ... or the dataframe API of rerun-sdk to Parquet",
         ),
         ".svdx": ("a project of TwinCAT Scope", "export it as CSV, or TC3ScopeExportTool.exe"),
-        ".candump": ("a candump", "python -m can.logconvert in.log out.mf4 and a DBC by asammdf"),
+        ".candump": CANDUMP,
     }
 )
 """Formats that other tools convert, by the ending of their files."""

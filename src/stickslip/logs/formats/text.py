@@ -174,6 +174,13 @@ _DIALECTS = tuple(
 )
 
 
+CANDUMP = ("a candump", "python -m can.logconvert in.log out.mf4 and a DBC by asammdf")
+"""Its name, and the command that converts it."""
+
+_FRAME = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]+#")
+"""A line of a candump, as in ``(1436509052.249713) vcan0 044#2A366C2B``."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Layout:
     """Layout of a text log; lines are counted from 0."""
@@ -200,6 +207,9 @@ def _find_layout(lines: list[str], label: str) -> _Layout:
     width = max(widths, key=widths.count, default=0)
     first = _first_row(dialect, content, width)
     if first is None:
+        if any(_FRAME.match(line) for line in ending):
+            name, command = CANDUMP
+            raise InputError("other_format", where=label, format=name, command=command)
         raise InputError("no_rows_of_numbers", where=label)
     return _named(dialect, lines, first, width, label)
 
