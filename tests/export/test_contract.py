@@ -292,8 +292,10 @@ def test_an_estimate_has_a_method_for_every_target(target, tmp_path):
         "reading": EstimateReading(transmission=Transmission(gear_ratio=1.0)),
         "settings": ExportSettings(**SETTINGS[target]),
     }
-    method = getattr(estimate, f"to_{target.replace('-', '_')}")
+    method_name = f"to_{target.replace('-', '_')}"
+    method = getattr(estimate, method_name)
     assert method.args == (estimate, target)
+    assert method_name in dir(estimate)
     if exporters()[target].group == "code":  # takes seconds
         return
     done = method(tmp_path / "out", **arguments)

@@ -262,6 +262,8 @@ def test_usd_core_composes_the_layer(joint, axis, per, unit, tmp_path):
         "NewtonJointAPI",
     ]
     assert stage.GetDefaultPrim().GetName() == "arm"
+    assert "joint side, units of the stage" in out.read_text()
+    assert "SI units" not in out.read_text()
 
 
 def test_a_missing_library_names_its_extra(monkeypatch):

@@ -74,27 +74,32 @@ def notes_on(
 
 
 def heading(
-    exporter: Exporter, axes: Mapping[str, ExportParameters], notes: tuple[str, ...]
+    exporter: Exporter,
+    axes: Mapping[str, ExportParameters],
+    notes: tuple[str, ...],
+    units: str | None = None,
 ) -> tuple[str, ...]:
     """Return the lines at the head of a file.
 
-    They are origin, side, what was forced, what was withheld, and the notes.
+    They are origin, side and units (SI, unless others are named), what was forced, what was
+    withheld, and the notes.
     """
     lines: list[str] = []
     for name, parameters in axes.items():
         before = f"{name}: " if len(axes) > 1 else ""
         lines.append(f"{before}{parameters.source.text}")
-        lines.append(f"{before}{side_of(parameters)}")
+        lines.append(f"{before}{side_of(parameters, units)}")
         forced = parameters.warnings(quantities_used(exporter))
         lines += [f"{before}WARNING: {each}" for each in forced]
         lines += [f"{before}{each}" for each in parameters.missing(exporter.represents)]
     return (*lines, *notes)
 
 
-def side_of(parameters: ExportParameters) -> str:
-    """Return one sentence on the side and the units of the values."""
+def side_of(parameters: ExportParameters, units: str | None = None) -> str:
+    """Return one sentence on the side and the units of the values, SI if none are named."""
     ratio = parameters.transmission.ratio()
-    units = "SI units, " + ("rad and N m" if parameters.kind == "rotary" else "m and N")
+    si = "SI units, rad and N m" if parameters.kind == "rotary" else "SI units, m and N"
+    units = si if units is None else units
     if ratio is None:
         return f"Values of the {parameters.side} side, {units}"
     if parameters.side == parameters.transmission.side:

@@ -169,6 +169,11 @@ def write(
     return result
 
 
+def method_names() -> tuple[str, ...]:
+    """Return the names of the methods ``to_NAME`` of an estimate."""
+    return tuple(f"to_{target.replace('-', '_')}" for target in exporters())
+
+
 def method_of(estimate: Estimate, name: str) -> Callable[..., Export]:
     """Return `write` for the target that a method ``to_NAME`` of an estimate names."""
     target = name.removeprefix("to_").replace("_", "-")

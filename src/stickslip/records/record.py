@@ -83,6 +83,10 @@ class Exportable:
                 return import_module("stickslip.export.writing").method_of(self, name)
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
 
+        def __dir__(self) -> list[str]:
+            export = import_module("stickslip.export.writing")
+            return [*super().__dir__(), *export.method_names()]
+
 
 class Record:
     """Base of the dataclasses that have a JSON form.

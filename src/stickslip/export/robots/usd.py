@@ -102,7 +102,7 @@ class UsdExporter:
         text = filled_in(
             "stickslip.export.robots",
             "layer.usda",
-            lines=heading(self, axes, tuple(notes)),
+            lines=heading(self, axes, tuple(notes), units="units of the stage"),
             sublayer=_reference(into),
             tree=_tree(prims),
             default_prim=default_prim,
