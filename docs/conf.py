@@ -110,8 +110,10 @@ def _write_tables() -> None:
             [
                 (
                     entry.name,
-                    ", ".join(f"`{ending}`" for ending in entry.endings)
-                    or f"folder with `{entry.folder}`",
+                    ", ".join(
+                        [f"`{ending}`" for ending in entry.endings]
+                        + ([f"folder with `{entry.folder}`"] if entry.folder else [])
+                    ),
                     f"`{entry.extra}`" if entry.extra else "-",
                     entry.libraries or "-",
                     SAMPLES[entry.name],
