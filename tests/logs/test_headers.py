@@ -151,6 +151,12 @@ def test_odrive(file):
     check(read_log(path, LogSchema(torque_constant=0.05)), 0)
 
 
+@pytest.mark.parametrize("names", ["pos vel eff", "joint_pos joint_vel joint_torq"])
+def test_short_names(file, names):
+    path = file(["time", *names.split()], [TIME, *motion(0)])
+    check(read_log(path, LogSchema(kind="rotary")), 0)
+
+
 def test_names_in_camel_case(file):
     q, _, tau = zip(*(motion(k) for k in range(2)), strict=True)
     header = ["time", "shoulderPosition", "elbowMotorPosition", "shoulderTorque", "fElbowTorque"]

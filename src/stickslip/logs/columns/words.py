@@ -20,7 +20,7 @@ _STRONG: Mapping[str, frozenset[str]] = {
     "time": _set("time timestamp timestamps elapsed clock stamp secs seconds zeit datetime"),
     "position": _set("position pos posn angle theta displacement qm lage lageistwert winkel"),
     "velocity": _set("velocity vel velo speed omega dq qd qdot dx xdot drehzahl geschwindigkeit"),
-    "effort": _set("effort force torque tau trq moment drehmoment kraft"),
+    "effort": _set("effort force torque torq tau trq moment drehmoment kraft"),
     "current": _set("current curr cur iq strom amps"),
 }
 """Words that name a quantity, by channel; a current is an effort."""
@@ -29,7 +29,7 @@ _WEAK: Mapping[str, frozenset[str]] = {
     "time": _set("t"),
     "position": _set("x q phi pl"),
     "velocity": _set("v vl"),
-    "effort": _set("f"),
+    "effort": _set("f eff"),
     "current": _set("i il"),
 }
 """Words that name a quantity where no other word of the name does."""
@@ -76,7 +76,7 @@ _PAIRS: Mapping[tuple[str, str], str] = {
 
 WORDS_OF_KIND: Mapping[AxisKind, frozenset[str]] = {
     "linear": _set("force displacement kraft"),
-    "rotary": _set("torque tau trq drehmoment angle theta omega winkel drehzahl"),
+    "rotary": _set("torque torq tau trq drehmoment angle theta omega winkel drehzahl"),
 }
 """Words that are used of one kind of axis only."""
 
