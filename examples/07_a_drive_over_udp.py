@@ -23,6 +23,7 @@ from stickslip.control import (
     LoopRun,
     LoopSettings,
     Playback,
+    PreciseController,
     RestDetection,
     SensorErrors,
     run,
@@ -152,15 +153,17 @@ def commission(axis: UdpAxis) -> None:
         coulomb_friction=values["coulomb_friction"], viscous_friction=values["viscous_friction"]
     )
     controller = GuardedController(
-        controller=ExactPulseController(
-            sampling_time=T,
-            target=target,
-            tolerance=TOLERANCE,
-            rest=RestDetection.for_encoder(resolution=ENCODER, samples=5),
-            effort_limit=LIMIT,
-            mass=values["mass"],
-            friction=law,
-            position_noise=ENCODER / 12**0.5,
+        controller=PreciseController(
+            pulses=ExactPulseController(
+                sampling_time=T,
+                target=target,
+                tolerance=TOLERANCE,
+                rest=RestDetection.for_encoder(resolution=ENCODER, samples=5),
+                effort_limit=LIMIT,
+                mass=values["mass"],
+                friction=law,
+                position_noise=ENCODER / 12**0.5,
+            )
         ),
         limits=Limits.for_task(
             mass=values["mass"],
@@ -185,7 +188,7 @@ def commission(axis: UdpAxis) -> None:
         controller.outcome(done.controller_state),
         controller.why(done.controller_state),
     )
-    position = done.recording.samples[-1].measured_position
+    position = float(done.recording.log("stage").measured_position[-1])
     print(f"{outcome}, {1e6 * (position - target):+.0f} µm off the target; {why or 'no fault'}")
 
 

@@ -87,7 +87,9 @@ class Constant:
 
 
 def settings(**changes: Any) -> LoopSettings:
-    return LoopSettings(**{"sampling_time": T, "duration": 0.5, "effort": 30.0} | changes)
+    # The watchdog is in real time, and a loaded machine may stop this process for longer than 0.1 s
+    usual: dict[str, Any] = {"sampling_time": T, "duration": 0.5, "effort": 30.0, "watchdog": 5.0}
+    return LoopSettings(**usual | changes)
 
 
 def lost() -> SensorSample:
@@ -113,6 +115,27 @@ def test_efforts_are_played_and_recorded_as_they_were() -> None:
     assert log.measured_velocity is None
     assert axis.written[50:]
     assert set(axis.written[50:]) == {0.0}
+
+
+def test_a_late_effort_and_one_at_a_lost_sample_are_in_the_log() -> None:
+    """The mean of what acted, by the integral over the instants of writing."""
+    clock = Stepped()
+
+    class Late(Constant):
+        def step(self, state: int, sample: SensorSample) -> tuple[int, float]:
+            del sample
+            clock.time += 0.25 * T
+            return state + 1, 10.0 + 4.0 * state
+
+    axis = Axis(clock, {3: lost})
+    done = run(axis, Late(), settings(duration=0.06), clock=clock)
+    log = done.recording.log("stage")
+    np.testing.assert_allclose(log.time, T * np.array([0, 1, 2, 4, 5]), atol=1e-9)
+    held = [0.0, 10.0, 14.0, 18.0, 22.0, 26.0]  # before and after the writing at each sample
+    quarters = [[held[k]] + [held[k + 1]] * 3 for k in range(5)]
+    expected = [np.mean(quarters[k]) for k in (0, 1)]
+    expected += [np.mean(quarters[2] + quarters[3]), np.mean(quarters[4]), 30.0]
+    np.testing.assert_allclose(log.effort, expected, rtol=1e-9)
 
 
 def test_a_pulse_controller_positions_and_the_loop_ends_when_it_has() -> None:

@@ -372,14 +372,15 @@ class _Loop:
         sample = read._replace(time=instant)
         ending = self._beyond(at - start, sample.measured_position)
         if ending is not None:
-            self.done.recording.append(at - start, sample, 0.0)
+            self.done.recording.append(at - start, sample, 0.0, at - start)
             return ending
         state, effort = self.controller.step(self.done.controller_state, sample)
         self.done.controller_state = state
         effort = self._limited(float(effort))
+        written = self.clock.now()
         if not self.output.write(effort):
             return LoopEnding.WATCHDOG
-        self.done.recording.append(at - start, sample, effort)
+        self.done.recording.append(at - start, sample, effort, written - start)
         self.done.longest = max(self.done.longest, self.clock.now() - at)
         return self._settled(instant)
 

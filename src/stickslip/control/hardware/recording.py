@@ -1,6 +1,7 @@
 """What a loop on hardware has read and written."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from math import isfinite
 
 import numpy as np
@@ -25,8 +26,9 @@ class Recording:
     times: list[float] = field(default_factory=list[float])  #: Of reading [s].
     samples: list[SensorSample] = field(default_factory=list[SensorSample])  #: As they were read.
     efforts: list[float] = field(default_factory=list[float])  #: As they were written [N or N m].
+    written: list[float] = field(default_factory=list[float])  #: When they were written [s].
 
-    def append(self, time: float, sample: SensorSample, effort: float) -> None:
+    def append(self, time: float, sample: SensorSample, effort: float, written: float) -> None:
         """Add a sample.
 
         Parameters
@@ -37,16 +39,20 @@ class Recording:
             What was read.
         effort
             What was written [N or N m].
+        written
+            When it was written, from the start of the loop [s].
         """
         self.times.append(time)
         self.samples.append(sample)
         self.efforts.append(effort)
+        self.written.append(written)
 
     def log(self, name: str, kind: AxisKind = "linear") -> AxisLog:
         """Return the recording as a log.
 
         Samples without a position are left out; a channel that is missing in any other sample is
-        left out as a whole.
+        left out as a whole. The effort of a sample is the mean of what was applied until the next
+        one: an effort may be written late, and is written at a lost sample too.
 
         Parameters
         ----------
@@ -72,9 +78,19 @@ class Recording:
             name=name,
             kind=kind,
             time=np.array([self.times[k] for k in kept]),
-            effort=np.array([self.efforts[k] for k in kept]),
+            effort=np.array([self._mean_effort(a, b) for a, b in pairwise([*kept, None])]),
             measured_position=position,
             measured_velocity=velocity,
             measured_load_position=load_position,
             measured_load_velocity=load_velocity,
         )
+
+    def _mean_effort(self, a: int, b: int | None) -> float:
+        """Return the mean effort from sample `a` to sample `b`; after the last, the last one."""
+        if b is None:
+            return self.efforts[a]
+        mean, T = self.efforts[b - 1], self.times[b] - self.times[a]
+        for k in range(a, b):
+            before = self.efforts[k - 1] if k > 0 else 0.0
+            mean += (before - self.efforts[k]) * (self.written[k] - self.times[a]) / T
+        return mean
