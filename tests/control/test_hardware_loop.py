@@ -133,9 +133,8 @@ def test_a_late_effort_and_one_at_a_lost_sample_are_in_the_log() -> None:
     np.testing.assert_allclose(log.time, T * np.array([0, 1, 2, 4, 5]), atol=1e-9)
     held = [0.0, 10.0, 14.0, 18.0, 22.0, 26.0]  # before and after the writing at each sample
     quarters = [[held[k]] + [held[k + 1]] * 3 for k in range(5)]
-    expected = [np.mean(quarters[k]) for k in (0, 1)]
-    expected += [np.mean(quarters[2] + quarters[3]), np.mean(quarters[4]), 30.0]
-    np.testing.assert_allclose(log.effort, expected, rtol=1e-9)
+    spans = [quarters[0], quarters[1], quarters[2] + quarters[3], quarters[4], [30.0]]
+    np.testing.assert_allclose(log.effort, [sum(each) / len(each) for each in spans], rtol=1e-9)
 
 
 def test_a_pulse_controller_positions_and_the_loop_ends_when_it_has() -> None:
