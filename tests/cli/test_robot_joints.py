@@ -14,14 +14,15 @@ def test_command_line(run, tmp_path):
     log = seven_joints.write_csv(tmp_path / "arm.csv", robot_arm.record(10.0))
     model = tmp_path / "arm.urdf"
     model.write_text(robot_arm.urdf())
-    outcome = run("identify", log, "--kind", "rotary", "--urdf", model, "--joint", "joint_4",
+    # The kind is that of the joints of the model
+    outcome = run("identify", log, "--urdf", model, "--joint", "joint_4",
                   "--json", tmp_path / "r.json")  # fmt: skip
     assert outcome.code == 0
     document = json.loads((tmp_path / "r.json").read_text())
     friction = document["parameters"]["coulomb_friction"]["value"]
     assert friction == pytest.approx(robot_arm.COULOMB[3], rel=CLOSE)
     assert "mean posture" in " ".join(outcome.out.split())
-    checked = run("inspect", log, "--kind", "rotary", "--check", "--urdf", model, "--joint",
+    checked = run("inspect", log, "--check", "--urdf", model, "--joint",
                   "joint_4", "--json", tmp_path / "check.json")  # fmt: skip
     (axis,) = json.loads((tmp_path / "check.json").read_text())["axes"]
     about = {each["parameter"]: each for each in axis["expected"]}

@@ -237,11 +237,13 @@ def _axes(
     log: Path, reading: LogReading, robot: RobotJoints
 ) -> "Mapping[str, AxisLog | InputError]":
     """Return the axes of a log, with the efforts of a robot's links if there is a model of it."""
-    from stickslip.tasks.axes import axes_at, axes_of_robot, one_axis
+    from stickslip.tasks.axes import axes_at, axes_of_robot, kind_of_joints, one_axis
 
-    axes = axes_at(log, reading.schema, reading.columns())
+    joints = robot.joint or ()
+    kind = None if robot.urdf is None else kind_of_joints(robot.urdf, joints)
+    axes = axes_at(log, reading.schema, reading.columns(), kind)
     if robot.urdf is not None:
-        axes = axes_of_robot(axes, robot.urdf, robot.joint or ())
+        axes = axes_of_robot(axes, robot.urdf, joints)
         if reading.axis is not None:
             axes = {reading.axis: one_axis(axes, reading.axis, label=log.name)}
     return axes

@@ -14,6 +14,7 @@ from stickslip.logs import AxisSchema, LogSchema, read_axes, read_schema
 from stickslip.logs.columns.assignment import one_axis
 from stickslip.records import (
     AxesIdentification,
+    AxisKind,
     AxisLog,
     Identification,
     InputError,
@@ -28,6 +29,7 @@ __all__ = [
     "axes_of_robot",
     "axes_validated",
     "identify_axes",
+    "kind_of_joints",
     "one_axis",
     "serve",
     "validated",
@@ -46,13 +48,32 @@ def axes_at(
     path: Path | str,
     schema: Path | str | LogSchema | None = None,
     columns: AxisSchema | None = None,
+    kind: AxisKind | None = None,
 ) -> dict[str, AxisLog | InputError]:
-    """Read every axis of a log as `read_axes`; ``columns`` take precedence over the schema."""
-    if columns is None or columns == AxisSchema():
+    """Read every axis of a log as `read_axes`; ``columns`` take precedence over the schema.
+
+    ``kind`` is that of the axes if neither states it.
+    """
+    columns = None if columns == AxisSchema() else columns
+    if columns is None and kind is None:
         return read_axes(path, schema)
     if not isinstance(schema, LogSchema):
         schema = LogSchema() if schema is None else read_schema(schema)
-    return read_axes(path, schema.overridden(None, columns))
+    whole = schema if columns is None else schema.overridden(None, columns)
+    return read_axes(path, replace(whole, kind=whole.kind or kind))
+
+
+def kind_of_joints(urdf: Path | str, joints: Sequence[str] = ()) -> AxisKind | None:
+    """Return the kind of the joints of a robot, or of those wanted; None if they are of two.
+
+    ``joints`` are as `axes_of_robot` takes them.
+    """
+    from stickslip.estimation.robot.model import read_urdf
+
+    kinds = read_urdf(urdf).joints
+    wanted = [word.rpartition("=")[2] for word in joints] or list(kinds)
+    found: set[AxisKind] = {kinds[joint] for joint in wanted if joint in kinds}
+    return found.pop() if len(found) == 1 else None
 
 
 def axes_of_robot(

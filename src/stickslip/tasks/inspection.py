@@ -87,6 +87,10 @@ def inspect(
     whole, where = schema_at(schema)
     if columns is not None:
         whole = whole.overridden(axis if whole.axes else None, columns)
+    if urdf is not None:
+        from stickslip.tasks.axes import kind_of_joints
+
+        whole = replace(whole, kind=whole.kind or kind_of_joints(urdf, joints))
     table, source, name = open_log(log, whole.files, where)
     table = remembered(table)
     values, discovery = _values(table), discover(table)
