@@ -120,6 +120,18 @@ def test_messages_from_standard_input(name, columns, tmp_path, monkeypatch):
     assert log.source.files == ("standard input",)
 
 
+@pytest.mark.parametrize("name", [name for name in COMPRESSED if not name.endswith(".zip")])
+def test_compressed_standard_input(name, columns, expected, same, tmp_path, monkeypatch):
+    COMPRESSED[name](tmp_path / name, columns)
+    content = (tmp_path / name).read_bytes()
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+    log = read_log("-", LINEAR)
+    same(log, expected, name=False)
+    assert log.source.files == ("standard input",)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content[:-40])))
+    refused("-", "damaged_compression")
+
+
 def test_no_standard_input(monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO()))
     refused("-", "empty_log")

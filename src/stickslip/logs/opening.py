@@ -36,6 +36,11 @@ _URL = re.compile(r"(?P<protocol>[A-Za-z][A-Za-z0-9+.]+):(?://|/(?!/))(?P<rest>.
 _COMPRESSED: Mapping[str, Callable[[Path], Any]] = MappingProxyType(
     {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
 )
+_SIGNATURES: Mapping[str, bytes] = MappingProxyType(
+    {".gz": b"\x1f\x8b\x08", ".bz2": b"BZh", ".xz": b"\xfd7zXZ\x00"}
+)
+"""First bytes of a compressed file, by its ending."""
+
 _ARCHIVE = ".zip"
 _DAMAGED = (
     EOFError,
@@ -160,12 +165,7 @@ def _opened(path: Path) -> _Opened:
     if ending in _COMPRESSED or ending == _ARCHIVE:
         if not path.stat().st_size:
             raise InputError("empty_log", where=printable(path))
-        try:
-            return _unzipped(path) if ending == _ARCHIVE else _decompressed(path, ending)
-        except _DAMAGED as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError("damaged_compression", where=name) from error
+        return _uncompressed(path, ending)
     entry = format_of(path)
     if not path.stat().st_size:
         raise InputError("empty_log", where=printable(path))
@@ -175,6 +175,16 @@ def _opened(path: Path) -> _Opened:
     link = scratch.path / name
     link.symlink_to(path.absolute())
     return _Opened(path=link, name=name, hashed=(path,), entry=entry, scratch=(scratch,))
+
+
+def _uncompressed(path: Path, ending: str) -> _Opened:
+    """Return the log in a compressed file or an archive."""
+    try:
+        return _unzipped(path) if ending == _ARCHIVE else _decompressed(path, ending)
+    except _DAMAGED as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError("damaged_compression", where=printable(path.name)) from error
 
 
 def _decompressed(path: Path, ending: str) -> _Opened:
@@ -211,7 +221,7 @@ def _unzipped(path: Path) -> _Opened:
 def _standard_input() -> _Opened:
     if sys.stdin is None or sys.stdin.isatty():
         raise InputError("terminal_as_log", where="-")
-    return _spooled(sys.stdin.buffer, "standard input")
+    return _content(_spooled(sys.stdin.buffer, "standard input"))
 
 
 def _downloaded(protocol: str, rest: str) -> _Opened:
@@ -231,10 +241,25 @@ def _downloaded(protocol: str, rest: str) -> _Opened:
     except Exception as error:  # noqa: BLE001
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise InputError("cannot_fetch", where=name, protocol=protocol, reason=reason) from None
-    if Path(name).suffix.lower() in {*_COMPRESSED, _ARCHIVE}:
-        inner = _opened(opened.path)
-        return replace(inner, scratch=(*opened.scratch, *inner.scratch))
-    return opened
+    return _content(opened)
+
+
+def _content(opened: _Opened) -> _Opened:
+    """Return a received file, or the log in it if it is compressed by its ending or first bytes."""
+    ending = opened.path.suffix.lower()
+    if ending not in {*FORMATS, *_COMPRESSED, _ARCHIVE}:
+        with opened.path.open("rb") as file:
+            head = file.read(max(map(len, _SIGNATURES.values())))
+        ending = next((each for each, own in _SIGNATURES.items() if head.startswith(own)), "")
+    if ending not in {*_COMPRESSED, _ARCHIVE}:
+        return opened
+    try:
+        inner = _uncompressed(opened.path, ending)
+    except BaseException:
+        for each in opened.scratch:
+            each.remove()
+        raise
+    return replace(inner, scratch=(*opened.scratch, *inner.scratch))
 
 
 def _spooled(stream: Any, name: str, given: Path | None = None) -> _Opened:
