@@ -258,6 +258,26 @@ def test_an_effort_in_ampere_needs_the_torque_constant(target):
     assert text_of(result) == text_of(twice)
 
 
+def test_a_torque_constant_of_an_estimate_in_si_units_is_for_motors_only(target):
+    exporter = exporters()[target]
+
+    def given():
+        return render(
+            document(),
+            target,
+            into=ROBOTS[target] if exporter.edits == "always" else None,
+            joint="elbow",
+            reading=EstimateReading(transmission=Transmission(gear_ratio=1.0), torque_constant=0.3),
+            settings=ExportSettings(**SETTINGS[target]),
+        )
+
+    if "torque_constant" in exporter.options:
+        assert given().complete
+    else:
+        with refuses("torque_constant_unused", title=exporter.title):
+            given()
+
+
 def test_a_file_is_written_whole_or_not_at_all(target, tmp_path):
     exporter = exporters()[target]
     robot = tmp_path / "robot"

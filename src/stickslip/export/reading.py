@@ -113,6 +113,16 @@ def not_identified(document: Mapping[str, Any]) -> dict[str, str]:
     return dict(without) if isinstance(without, Mapping) else {}
 
 
+def in_si_units(document: Mapping[str, Any]) -> bool:
+    """Return whether no value of a document that `axes_in` has read is in ampere or percent."""
+    axes = document.get("axes", {"": document})
+    return all(
+        entry.get("unit") == unit_of(name, each["kind"])
+        for each in axes.values()
+        for name, entry in each["parameters"].items()
+    )
+
+
 def _place(*parts: str) -> str:
     return ", ".join(part for part in parts if part)
 

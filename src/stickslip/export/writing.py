@@ -20,6 +20,7 @@ from stickslip.export.reading import (
     EstimateReading,
     axes_in,
     document_of,
+    in_si_units,
     not_identified,
 )
 from stickslip.export.registry import exporter as exporter_named
@@ -95,6 +96,9 @@ def render(
     document, where = document_of(estimate)
     reading = reading or EstimateReading()
     axes = axes_in(document, where, reading)
+    used = "torque_constant" in exporter.options or not in_si_units(document)
+    if reading.torque_constant is not None and not used:
+        raise InputError("torque_constant_unused", where=where, title=exporter.title)
     without = not_identified(document) if reading.axis is None else {}
     if exporter.edits == "always" and joint is None and "" in axes:
         raise InputError(
