@@ -79,7 +79,7 @@ class TemplateExporter:
         if not self.several:
             only_axis(axes, self.title)
         filled: list[dict[str, Any]] = []
-        notes: list[str] = list(notes_on(self, axes))
+        remarks: dict[str, list[str]] = {}
         for name, parameters in axes.items():
             own = {
                 "name": name,
@@ -88,16 +88,31 @@ class TemplateExporter:
                 "expression": re.escape(name),
                 "kind": parameters.kind,
             }
-            values, remarks = self.values(
+            values, remarks[name] = self.values(
                 AxisToFill(parameters=parameters, settings=settings, title=self.title)
             )
             filled.append(own | values)
-            notes += [f"{name}: {each}" if len(axes) > 1 else each for each in remarks]
+        notes = [*notes_on(self, axes), *_merged(remarks)]
         package = self.values.__module__.rpartition(".")[0]
         text = filled_in(
             package, self.template, lines=heading(self, axes, tuple(notes)), axes=filled
         )
         return Rendered(files={"": text}, notes=tuple(notes))
+
+
+def _merged(remarks: Mapping[str, list[str]]) -> list[str]:
+    """Return the remarks on all axes; one that is the same on each stands once, without a name.
+
+    >>> _merged({"elbow": ["Check the sign", "3 points"], "knee": ["Check the sign"]})
+    ['elbow: 3 points', 'Check the sign']
+    """
+    same = [
+        each
+        for each in next(iter(remarks.values()), [])
+        if all(each in r for r in remarks.values())
+    ]
+    own = [f"{name}: {each}" for name, r in remarks.items() for each in r if each not in same]
+    return [*own, *same]
 
 
 def identifier(name: str) -> str:

@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 
-from stickslip.export.drives.table import FALLING, LAW
+from stickslip.export.drives.table import AS_STATIC, FALLING, LAW
 from stickslip.export.law_table import law_table
 from stickslip.export.template_exporter import MEAN, AxisToFill, Filling, TemplateExporter
 from stickslip.records import InputError
@@ -135,7 +135,7 @@ TWINCAT_CNC = TemplateExporter(
         "direction": MEAN,
         "offset": OFFSET,
         "static_friction": FALLING,
-        "stribeck_velocity": FALLING,
+        "stribeck_velocity": AS_STATIC,
     },
     ending=".lis",
     several=False,
