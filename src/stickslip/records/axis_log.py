@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from stickslip.errors import InputError, finite_vector, one_of
 from stickslip.records.quantities import AxisKind, EffortUnit, quantity_field, unit_of
@@ -40,6 +40,15 @@ class LogSource:
     #: Channels whose unit is stated nowhere, each with the SI unit that it was taken in.
     assumed_units: tuple[tuple[str, str], ...] = ()
     side: Literal["", "motor", "joint"] = ""  #: Of a gear that results refer to, if it is known.
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Timing:
+    """Steps of the time stamps of a log."""
+
+    sampling_time: float  # s
+    jitter: float  # largest deviation of a step over the sampling time [-]
+    gaps: Int[np.ndarray, " gaps"]  # index of the sample before each
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,35 +160,34 @@ class AxisLog(Record):
         """Time from the first sample to the last [s]."""
         return float(self.time[-1] - self.time[0])
 
-    @cached_property
+    @property
     def sampling_time(self) -> float:
         """Span of the segments over the number of periods in it [s].
 
         A step of about two or three typical ones is one with samples missing, and counts as such.
         """
-        steps = np.diff(self.time)
-        periods = np.maximum(np.rint(steps / self._typical_step), 1.0)
-        inside = ~self._gaps
-        return float(np.sum(steps[inside]) / np.sum(periods[inside]))
+        return self._timing.sampling_time
 
-    @cached_property
-    def _gaps(self) -> Bool[np.ndarray, " steps"]:
-        return np.diff(self.time) > GAP_RATIO * self._typical_step
-
-    @cached_property
-    def _typical_step(self) -> float:
-        return float(np.median(np.diff(self.time), overwrite_input=True))
-
-    @cached_property
+    @property
     def timing_jitter(self) -> float:
         """Largest deviation of a step within the segments, as a fraction of the sampling time."""
-        inside = np.diff(self.time)[~self._gaps]
-        return float(np.max(np.abs(inside - self.sampling_time)) / self.sampling_time)
+        return self._timing.jitter
+
+    @cached_property
+    def _timing(self) -> "_Timing":
+        steps = np.diff(self.time)
+        typical = float(np.median(steps))
+        gaps = steps > GAP_RATIO * typical
+        inside = steps[~gaps] if gaps.any() else steps
+        periods = np.maximum(np.rint(inside / typical), 1.0)
+        sampling_time = float(np.sum(inside) / np.sum(periods))
+        jitter = float(np.max(np.abs(inside - sampling_time)) / sampling_time)
+        return _Timing(sampling_time=sampling_time, jitter=jitter, gaps=np.flatnonzero(gaps))
 
     @cached_property
     def segment_starts(self) -> Int[np.ndarray, " segments"]:
         """Index of the first sample of each segment; a log without gaps has one, at 0."""
-        return np.concatenate(([0], np.flatnonzero(self._gaps) + 1))
+        return np.concatenate(([0], self._timing.gaps + 1))
 
     def segments(self) -> Iterator["AxisLog"]:
         """Yield the stretches between gaps, each as a log of its own (not single samples)."""
