@@ -3,15 +3,15 @@
 import copyreg
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
-from math import isclose
+from math import isclose, isfinite
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-from jaxtyping import Float
-
 if TYPE_CHECKING:
+    import numpy as np
+    from jaxtyping import Float
+
     from stickslip.messages import Message
 
 
@@ -137,7 +137,7 @@ def _is_either_unit(name: str, value: object) -> bool:
     return "unit" in name and isinstance(value, str) and " or " in value
 
 
-def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
+def finite_vector(name: str, values: Any, unit: str) -> "Float[np.ndarray, ' n']":
     """Return a read-only copy of ``values`` as a vector of finite floats.
 
     Raises
@@ -146,6 +146,8 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
         If it holds no real numbers, is not one-dimensional, or if a value is masked or not finite
         (its index is named).
     """
+    import numpy as np  # here, as a wrong path is reported without it
+
     if np.ma.is_masked(values):
         masked = np.flatnonzero(np.ma.getmaskarray(values))
         raise InputError("samples_masked", name=name, sample=int(masked[0]), count=masked.size)
@@ -169,6 +171,8 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
 
 def _real(name: str, values: Any) -> Any:
     """Return an array of real numbers; text, dates and complex numbers are none."""
+    import numpy as np
+
     try:
         array = np.asarray(values)
         if array.dtype.kind == "O" and not any(isinstance(v, str | bytes) for v in array.flat):
@@ -247,7 +251,7 @@ def finite(name: str, value: float, unit: str) -> float:
         If it is no number, or not finite.
     """
     number = _number(name, value, unit)
-    if not np.isfinite(number):
+    if not isfinite(number):
         raise InputError("not_finite", name=name, value=number, unit=unit)
     return number
 

@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_type_hints
 
-from stickslip.records import InputError
+from stickslip.errors import InputError
 
 Record = TypeVar("Record")
 
@@ -30,6 +30,12 @@ _UNKNOWN = "unexpected_keyword_argument"
 def printable(name: str | Path) -> str:
     """Return a file's name with a substitute for each byte that is no UTF-8."""
     return os.fsencode(name).decode("utf-8", errors="replace")
+
+
+def check_exists(path: Path, kind: str) -> None:
+    """Check that there is a file or folder at a path."""
+    if not path.exists():
+        raise InputError("no_such_file", where=printable(path), kind=kind)
 
 
 def _parsed_toml(content: bytes) -> dict[str, Any]:

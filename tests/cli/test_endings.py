@@ -215,12 +215,12 @@ def test_help(arguments: list[str], words: list[str], run: Run) -> None:
         assert word in outcome.out
 
 
-def test_help_loads_no_numbers() -> None:
-    """NumPy takes longer to load than all else of the help."""
+def test_help_and_a_wrong_path_load_no_numbers() -> None:
+    """NumPy takes longer to load than all else of the help, or of the path."""
     code = "import sys; from stickslip.cli import main; main(sys.argv[1:]); print(*sys.modules)"
-    for command in ([], ["identify"], ["inspect"]):
+    absent = (["identify", "absent.csv"], ["inspect", "absent.csv"], ["compare", "absent.csv"])
+    for arguments in (["--help"], ["identify", "--help"], ["inspect", "--help"], *absent):
         done = subprocess.run(
-            [sys.executable, "-c", code, *command, "--help"],
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
+            [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True
+        )
         assert "numpy" not in done.stdout.splitlines()[-1].split()

@@ -75,7 +75,7 @@ def run(arguments: Sequence[str]) -> int:
             command(*bound.args, **bound.kwargs)
         return 0
     # Imported here, as --help and --version do not need what it loads.
-    from stickslip.records import StickslipError
+    from stickslip.errors import StickslipError
 
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("stickslip: %(message)s"))

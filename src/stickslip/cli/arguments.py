@@ -120,7 +120,14 @@ class LogReading:
     ] = None
 
     def inputs(self, log: Path) -> list[Path]:
-        """Return the files that are read, which must not be overwritten."""
+        """Return the files that are read, which must not be overwritten.
+
+        A log that is absent is refused here, before the readers are loaded.
+        """
+        from stickslip.input_files import check_exists
+
+        if ":" not in str(log):  # else it may be a URL
+            check_exists(log, "file or folder")
         inside = list(log.iterdir()) if log.is_dir() else []
         return [log, *([] if self.schema is None else [self.schema]), *inside]
 
@@ -133,7 +140,7 @@ class LogReading:
 
     def units(self) -> dict[str, str]:
         """Return units by channel from ``channel=unit`` words."""
-        from stickslip.records import InputError
+        from stickslip.errors import InputError
 
         units: dict[str, str] = {}
         for word in self.unit or []:
@@ -187,7 +194,7 @@ class KnownLoad:
 
     def load(self) -> tuple[float, float] | None:
         """Return mass [kg] and radius [m] of a known load."""
-        from stickslip.records import InputError
+        from stickslip.errors import InputError
 
         if self.known_load is None:
             return None
@@ -222,7 +229,7 @@ class RobotJoints:
     @property
     def inputs(self) -> list[Path]:
         """Return the files that are read; an error if joints are named without a model."""
-        from stickslip.records import InputError
+        from stickslip.errors import InputError
 
         if self.joint and self.urdf is None:
             raise InputError("joint_without_urdf")

@@ -68,7 +68,7 @@ def compare(
     --mass is absent.
     Exit code 1: no result can be trusted.
     """
-    from stickslip.records import InputError
+    from stickslip.errors import InputError
 
     given, reading, known = reading, reading or LogReading(), known or KnownAxis()
     friction, files = friction or EstimatedFriction(), files or ResultFiles()
@@ -77,7 +77,7 @@ def compare(
         raise InputError("reading_of_scenario", where=str(source))
     if not scenario and runs is not None:
         raise InputError("runs_of_log", where=str(source), runs=runs)
-    files.check(inputs=reading.inputs(source))
+    files.check(inputs=[source] if scenario else reading.inputs(source))
     reading.units()  # refused before anything is loaded
     with progress_bar(f"comparing, {source.name}") as progress:
         from stickslip import EstimationTask, write_report

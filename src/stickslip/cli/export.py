@@ -113,8 +113,8 @@ def export(
     Exit code 0: everything that the target holds was written; 1: the estimate is not to be trusted,
     or a parameter was withheld or written by force; the reason is printed.
     """
+    from stickslip.errors import InputError
     from stickslip.export import targets as all_targets
-    from stickslip.records import InputError
 
     if targets:
         console = console_on("output")

@@ -20,7 +20,8 @@ from stickslip.cli.terminal import axis_progress, working
 
 if TYPE_CHECKING:
     from stickslip import EstimationTask
-    from stickslip.records import AxisLog, InputError
+    from stickslip.errors import InputError
+    from stickslip.records import AxisLog
 
 EXAMPLES = """Examples:
   stickslip identify stage.csv --report stage.html
@@ -135,7 +136,7 @@ def identify(
     interval allows for residuals that are correlated. Without a schema obvious columns are found,
     and what was assumed is printed.
     """
-    from stickslip.records import InputError
+    from stickslip.errors import InputError
 
     reading, known = reading or LogReading(), known or KnownAxis()
     robot, weight = robot or RobotJoints(), weight or KnownLoad()
@@ -262,7 +263,7 @@ def _other(log: Path, reading: LogReading, robot: RobotJoints) -> "AxisLog | Inp
 
 def _effort_delay(words: list[str]) -> float | dict[str, float] | None:
     """Return the delay of all logs, or of some by name [s], from numbers and ``log=number``."""
-    from stickslip.records import InputError
+    from stickslip.errors import InputError
 
     delays: dict[str, float] = {}
     for word in words:

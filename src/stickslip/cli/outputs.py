@@ -25,7 +25,7 @@ def json_file(json: str | None) -> Path | None:
 
 def check_apart(files: Mapping[str, Path | None]) -> None:
     """Check that no two options name the same file."""
-    from stickslip.records import InputError
+    from stickslip.errors import InputError
 
     for (option, path), (other, same) in combinations(files.items(), 2):
         if path is not None and same is not None and path.resolve() == same.resolve():

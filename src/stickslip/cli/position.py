@@ -45,8 +45,8 @@ def position(
     Prints how each move ended. Exit code 0: every move of the last run ended within the tolerance;
     1: one did not, for the reason printed.
     """
+    from stickslip.errors import InputError
     from stickslip.outputs import check_output
-    from stickslip.records import InputError
     from stickslip.tasks import read_scenario
 
     files = {"json": json_file(json), "report": report, "learned": learned}

@@ -51,7 +51,7 @@ def reader_may_leave() -> Generator[None]:
         # rich exits so when its pipe is closed, and discards the rest.
         return
     except OSError as error:
-        from stickslip.records import InputError
+        from stickslip.errors import InputError
 
         _send_the_rest_nowhere()
         raise InputError(

@@ -17,7 +17,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Any
 
-from stickslip.input_files import printable
+from stickslip.input_files import check_exists, printable
 from stickslip.logs.formats.registry import (
     FORMATS,
     LogFormat,
@@ -130,7 +130,7 @@ def _files(location: str | Path, named: Mapping[str, str], where: str) -> dict[s
     if not path.exists():
         if match := _URL.fullmatch(str(location)):
             return {"": _downloaded(match["protocol"], match["rest"])}
-        raise InputError("no_such_file", where=shown, kind="file or folder")
+        check_exists(path, "file or folder")
     if not (path.is_file() or path.is_dir()):
         raise InputError("pipe_as_log", where=shown)
     if not path.is_dir():
