@@ -1,1 +1,1 @@
-"""Log formats: one reader a file, each from a file to the columns it holds."""
+"""Log formats: readers, each from a file to the columns it holds."""

@@ -16,7 +16,7 @@ from stickslip.logs.formats.hdf5 import read_hdf5
 from stickslip.logs.formats.lerobot import INFO, read_lerobot
 from stickslip.logs.formats.matlab import read_matlab
 from stickslip.logs.formats.measurement import read_mdf, read_tdms
-from stickslip.logs.formats.ros import read_bag, read_mcap
+from stickslip.logs.formats.messages.ros import read_bag, read_mcap
 from stickslip.logs.formats.sysid import read_sysid
 from stickslip.logs.formats.text import CANDUMP, read_text
 from stickslip.logs.table import Table

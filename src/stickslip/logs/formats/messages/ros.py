@@ -7,7 +7,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from stickslip.logs.formats.topics import Message, table_of_topics
+from stickslip.logs.formats.messages.topics import Message, table_of_topics
 from stickslip.logs.table import Table
 from stickslip.records import MissingExtraError
 

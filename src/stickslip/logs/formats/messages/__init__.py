@@ -1,0 +1,1 @@
+"""Formats that hold messages on topics: bags of ROS, and MCAP files."""
