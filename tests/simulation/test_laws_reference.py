@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from integrated_laws import with_bristles, with_stiction
-from law_plants import DAHL, LUGRE, PLASTIC, STRIBECK, plant_of, random_law, random_plant
+from law_plants import DAHL, LAWS, LUGRE, PLASTIC, STRIBECK, plant_of, random_law, random_plant
 from numpy.random import default_rng
 
 from stickslip.friction import CoulombViscousFriction, StribeckFriction
@@ -17,7 +17,8 @@ from stickslip.simulation.plant_kernels import kernel_model
 AGAINST_SCIPY = 2e-8  # of the largest value: SciPy steps over the kinks at reversals
 EXACT = 1e-10  # of the largest value: what steps to 1e-11 add up to
 CLOSED_FORM = 1e-9  # of the largest deflection
-BRISTLES = ["Dahl", "LuGre", "elasto-plastic"]
+BRISTLES = [name for name, law in LAWS.items() if law.bristles is not None]
+STICKING = [name for name in LAWS if name not in BRISTLES]
 
 
 def close(found, reference, tolerance):
@@ -47,9 +48,10 @@ def test_bristles_agree_with_scipy(name, arm):
 
 @pytest.mark.parametrize("arm", [False, True])
 @pytest.mark.parametrize("seed", range(3))
-def test_stribeck_agrees_with_scipy(seed, arm):
+@pytest.mark.parametrize("name", STICKING)
+def test_a_law_that_sticks_agrees_with_scipy(name, seed, arm):
     rng = default_rng([seed, arm])
-    plant, T = random_plant(rng, "Stribeck", arm=arm), 0.02
+    plant, T = random_plant(rng, name, arm=arm), 0.02
     effort = steps_of_effort(rng, 8, 4.0)
     reference, changes = with_stiction(plant, effort, T)
     motion = simulate(plant, effort, sampling_time=T)
