@@ -1,7 +1,6 @@
 """What a loop on hardware has read and written."""
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 from math import isfinite
 
 import numpy as np
@@ -26,7 +25,7 @@ class Recording:
     times: list[float] = field(default_factory=list[float])  #: Of reading [s].
     samples: list[SensorSample] = field(default_factory=list[SensorSample])  #: As they were read.
     efforts: list[float] = field(default_factory=list[float])  #: As they were written [N or N m].
-    written: list[float] = field(default_factory=list[float])  #: When they were written [s].
+    written: list[float] = field(default_factory=list[float])  #: Of writing [s].
 
     def append(self, time: float, sample: SensorSample, effort: float, written: float) -> None:
         """Add a sample.
@@ -51,8 +50,8 @@ class Recording:
         """Return the recording as a log.
 
         Samples without a position are left out; a channel that is missing in any other sample is
-        left out as a whole. The effort of a sample is the mean of what was applied until the next
-        one: an effort may be written late, and is written at a lost sample too.
+        left out as a whole. The effort of a sample is the mean effort from its reading to the next
+        sample: an effort may be written late, and is written at a lost sample too.
 
         Parameters
         ----------
@@ -70,6 +69,7 @@ class Recording:
         columns = [
             np.array([getattr(self.samples[k], channel) for k in kept]) for channel in _CHANNELS
         ]
+        after = [*kept[1:], None]
         position, *others = columns
         velocity, load_position, load_velocity = (
             values if np.all(np.isfinite(values)) else None for values in others
@@ -78,7 +78,7 @@ class Recording:
             name=name,
             kind=kind,
             time=np.array([self.times[k] for k in kept]),
-            effort=np.array([self._mean_effort(a, b) for a, b in pairwise([*kept, None])]),
+            effort=np.array([self._mean_effort(a, b) for a, b in zip(kept, after, strict=True)]),
             measured_position=position,
             measured_velocity=velocity,
             measured_load_position=load_position,
@@ -86,7 +86,10 @@ class Recording:
         )
 
     def _mean_effort(self, a: int, b: int | None) -> float:
-        """Return the mean effort from sample `a` to sample `b`; after the last, the last one."""
+        """Return the mean effort from sample `a` to `b` [N or N m]; that of `a` if `b` is None.
+
+        An effort acts from its writing to the next one; before the first it is zero.
+        """
         if b is None:
             return self.efforts[a]
         mean, T = self.efforts[b - 1], self.times[b] - self.times[a]
