@@ -239,7 +239,7 @@ class ExportParameters:
         )
 
     def warnings(self, quantities: tuple[str, ...]) -> tuple[str, ...]:
-        """Return one sentence on each of these quantities that is written against its verdict."""
+        """Return one sentence on each of the quantities that was written by force."""
         return tuple(
             in_words(f"{name} was written by force: {reason}")
             for name, reason in self.forced.items()

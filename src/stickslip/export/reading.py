@@ -114,7 +114,10 @@ def not_identified(document: Mapping[str, Any]) -> dict[str, str]:
 
 
 def in_si_units(document: Mapping[str, Any]) -> bool:
-    """Return whether no value of a document that `axes_in` has read is in ampere or percent."""
+    """Return whether all values of a document are in SI units, none in ampere or percent.
+
+    The document is one that `axes_in` accepts.
+    """
     axes = document.get("axes", {"": document})
     return all(
         entry.get("unit") == unit_of(name, each["kind"])

@@ -101,17 +101,14 @@ class TemplateExporter:
 
 
 def _merged(remarks: Mapping[str, list[str]]) -> list[str]:
-    """Return the remarks on all axes; one that is the same on each stands once, without a name.
+    """Return the remarks on all axes; one that is the same for each appears once, without a name.
 
     >>> _merged({"elbow": ["Check the sign", "3 points"], "knee": ["Check the sign"]})
     ['elbow: 3 points', 'Check the sign']
     """
-    same = [
-        each
-        for each in next(iter(remarks.values()), [])
-        if all(each in r for r in remarks.values())
-    ]
-    own = [f"{name}: {each}" for name, r in remarks.items() for each in r if each not in same]
+    first, *others = remarks.values()
+    same = [each for each in first if all(each in other for other in others)]
+    own = [f"{name}: {each}" for name, some in remarks.items() for each in some if each not in same]
     return [*own, *same]
 
 

@@ -32,9 +32,11 @@ LIBRARY_FUNCTIONS = tuple(
 
 
 FLOAT_BOUNDS = {"law": 2e-7, "kalman": 1e-3}
-"""Largest error of a module in float, relative to the largest value of the same unit [-]: three
-roundings of a force; 2e-4 is measured of the filter's states. The energy estimator computes in
-double, and corrections of the pulse controller are not comparable."""
+"""Largest error of a module in float, relative to the largest value of the same unit [-].
+
+The law rounds a force about three times; errors of the Kalman filter are up to 2.2e-4. The energy
+estimator computes in double, and corrections of the pulse controller are not comparable.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)

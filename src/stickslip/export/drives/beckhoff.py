@@ -78,7 +78,7 @@ def _twincat_cnc(axis: AxisToFill) -> Filling:
     ]
     if ratio is None:
         notes.append("No gear ratio was given: the motor drives the axis directly")
-    rising = np.diff(speeds, prepend=0.0) > 0.0  # slow points may round to one
+    rising = np.diff(speeds, prepend=0.0) > 0.0  # low speeds may round to the same number
     rows = list(zip(speeds[rising], shares[rising], strict=True))
     return {"rows": rows, "speed_unit": "um/s" if linear else "0.001 deg/s"}, notes
 

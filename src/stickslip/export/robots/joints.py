@@ -40,7 +40,7 @@ def check_kind(
 
 
 class PresentValues:
-    """Values that joints of a file have and an export changes, for one message on all of them."""
+    """Present values of the joints of a file that an export changes, for one error on all."""
 
     def __init__(self) -> None:
         self._changes: dict[str, list[str]] = {}
@@ -48,7 +48,7 @@ class PresentValues:
     def add(
         self, joint: str, present: Mapping[str, str | None], values: Mapping[str, str | None]
     ) -> None:
-        """Add what of the present values of a joint is changed; None is no value."""
+        """Add the present values of a joint that differ from the new ones; None is no value."""
         changes = [
             f"{key} {old} -> {'none' if value is None else value}"
             for key, value in values.items()
@@ -58,7 +58,13 @@ class PresentValues:
             self._changes.setdefault(joint, []).extend(changes)
 
     def check(self, *, overwrite: bool) -> None:
-        """Check that nothing is changed, unless that is wanted."""
+        """Check that no value is changed without ``overwrite``.
+
+        Raises
+        ------
+        InputError
+            If one is; it has the changes of all joints.
+        """
         if not self._changes or overwrite:
             return
         (joint, changes), *others = self._changes.items()
@@ -79,10 +85,18 @@ def _equal(one: str, other: str | None) -> bool:
     )
 
 
+def including_link(identified: float, unit: str) -> str:
+    """Return the clause on an identified inertia of which no part is written."""
+    return (
+        f"the identified {identified:.4g} {unit} include the link's inertia, which the model has "
+        "already; give it as link-inertia to write the rest"
+    )
+
+
 def armature(
     parameters: ExportParameters, settings: ExportSettings
 ) -> tuple[float | None, list[str]]:
-    """Return the armature [kg m^2 or kg] and what to say of it; None if none is written.
+    """Return the armature [kg m^2 or kg] and remarks on it; None if none is written.
 
     The identified inertia is that of rotor and link. A model has that of its links already.
     """
@@ -90,10 +104,7 @@ def armature(
     if settings.link_inertia is None:
         if identified is None:
             return None, []
-        return None, [
-            f"No armature is written: the identified {identified:.4g} {unit} contain the link's; "
-            "link-inertia is the option for the part that the model has already"
-        ]
+        return None, [f"No armature is written: {including_link(identified, unit)}"]
     link = non_negative("link_inertia", settings.link_inertia, unit)
     if identified is None:
         identified = parameters.required(mass_name(parameters.kind), "armature")

@@ -274,8 +274,8 @@ def _motor_edits(
 ) -> list[Edit]:
     """Return the edits that write the actuator of each joint in place of that of an earlier export.
 
-    A joint without one loses the earlier one, which would add its friction to that of the joint.
-    Actuators that are there and change are added to the present values.
+    The earlier actuator of a joint without a new one is removed, as its friction would act beside
+    that of the joint. Actuators that change are added to the present values.
     """
     actuators = next((each for each in text.root.children if each.tag == "actuator"), None)
     edits: list[Edit] = []

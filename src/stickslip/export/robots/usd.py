@@ -136,15 +136,15 @@ def _opened(into: FileToEdit, folder: Path) -> Any:
 
 
 def _reason(message: str, path: Path) -> str:
-    """Return what the library says of a file, without the places in its own sources.
+    """Return an error message of the library without the places in its own sources.
 
     >>> where = "Error in 'Parser::Raise' at line 48 in file /usd/parser.h"
     >>> _reason(f"{where} : '/tmp/arm.usda:2:22: Expected ) at x'", Path("/tmp/arm.usda"))
     'line 2:22: Expected ) at x'
     """
     first = message.strip().splitlines()[0]
-    said = first.partition(" : ")[2] or first
-    return said.strip(" '").replace(f"{path.resolve()}:", "line ")[:200]
+    reason = first.partition(" : ")[2] or first
+    return reason.strip(" '").replace(f"{path.resolve()}:", "line ")[:200]
 
 
 def _joints(stage: Any) -> Iterator[Any]:

@@ -1,6 +1,6 @@
 """Friction as Python code for Isaac Lab, Genesis and Drake."""
 
-from stickslip.export.robots.joints import armature
+from stickslip.export.robots.joints import armature, including_link
 from stickslip.export.template_exporter import (
     MEAN,
     NO_EFFORT,
@@ -36,26 +36,18 @@ def _genesis(axis: AxisToFill) -> Filling:
     Source: https://github.com/Genesis-Embodied-AI/Genesis, genesis/options/morphs.py and
     genesis/engine/entities/rigid_entity/rigid_entity.py.
     """
-    inertia, notes = armature(axis.parameters, axis.settings)
+    inertia, _ = armature(axis.parameters, axis.settings)
     held = {
         "frictionloss": axis.parameters.mean("coulomb_friction"),
         "damping": axis.parameters.mean("viscous_friction"),
         "armature": inertia or 0.0,
     }
-    unit = axis.parameters.unit("inertia")
-    if inertia is None:
-        part = (
-            ""
-            if axis.parameters.inertia is None
-            else (
-                f"; the identified {axis.parameters.inertia:.4g} {unit} contain the link's, and "
-                "link-inertia is the option for the part that the model has already"
-            )
-        )
-        notes = [f"The armature is set to 0, as Genesis adds 0.1 {unit} by default{part}"]
-    else:
-        notes = [*notes, f"The armature is set, as Genesis adds 0.1 {unit} by default"]
-    return {"held": _present(held)}, notes
+    unit, identified = axis.parameters.unit("inertia"), axis.parameters.inertia
+    remark = "to 0" if inertia is None else f"to {inertia:.4g} {unit}"
+    note = f"The armature is set {remark}, as Genesis adds 0.1 {unit} by default"
+    if inertia is None and identified is not None:
+        note = f"{note}; {including_link(identified, unit)}"
+    return {"held": _present(held)}, [note]
 
 
 def _drake(axis: AxisToFill) -> Filling:
