@@ -16,7 +16,7 @@ from stickslip.logs.formats.hdf5 import read_hdf5
 from stickslip.logs.formats.lerobot import INFO, read_lerobot
 from stickslip.logs.formats.matlab import read_matlab
 from stickslip.logs.formats.measurement import read_mdf, read_tdms
-from stickslip.logs.formats.messages.ros import read_bag, read_mcap
+from stickslip.logs.formats.messages.ros import SIGNATURES, read_bag, read_mcap
 from stickslip.logs.formats.sysid import read_sysid
 from stickslip.logs.formats.text import CANDUMP, read_text
 from stickslip.logs.table import Table
@@ -88,7 +88,7 @@ ENTRIES = (
         read=read_bag,
         libraries="rosbags (Apache-2.0)",
         extra="ros",
-        signature=b"#ROSBAG V",
+        signature=SIGNATURES[".bag"],
         folder="metadata.yaml",
         hashed_endings=(".yaml", ".db3", ".mcap", ".zstd"),
     ),
@@ -98,7 +98,7 @@ ENTRIES = (
         read=read_mcap,
         libraries="rosbags (Apache-2.0), mcap and mcap-protobuf-support (MIT)",
         extra="ros",
-        signature=b"\x89MCAP0\r\n",
+        signature=SIGNATURES[".mcap"],
     ),
     LogFormat(
         name="LeRobot",

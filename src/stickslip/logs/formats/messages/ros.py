@@ -18,7 +18,7 @@ _LARGEST_MESSAGE = 65_536
 """Bytes of a message with numbers over time: larger ones are images and scans."""
 
 _MAGIC = b"\x89MCAP0\r\n"
-_SIGNATURES = {".bag": b"#ROSBAG V", ".mcap": _MAGIC, ".db3": b"SQLite format 3\0"}
+SIGNATURES = {".bag": b"#ROSBAG V", ".mcap": _MAGIC, ".db3": b"SQLite format 3\0"}
 """First bytes of a bag, by the ending of its name."""
 
 _CONTROL_TYPES = {
@@ -69,11 +69,11 @@ class _File(type(Path())):
     @property
     def suffix(self) -> str:
         ending = super().suffix.lower()
-        if ending in _SIGNATURES or not self.is_file():
+        if ending in SIGNATURES or not self.is_file():
             return ending
         with self.open("rb") as file:
-            head = file.read(max(map(len, _SIGNATURES.values())))
-        return next((each for each, own in _SIGNATURES.items() if head.startswith(own)), ending)
+            head = file.read(max(map(len, SIGNATURES.values())))
+        return next((each for each, own in SIGNATURES.items() if head.startswith(own)), ending)
 
 
 def _first_messages(reader: Any) -> tuple[list[Message], dict[str, str]]:
