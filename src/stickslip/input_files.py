@@ -33,7 +33,13 @@ def printable(name: str | Path) -> str:
 
 
 def check_exists(path: Path, kind: str) -> None:
-    """Check that there is a file or folder at a path."""
+    """Check that a path exists; ``kind`` is what the error calls it.
+
+    Raises
+    ------
+    InputError
+        If it does not.
+    """
     if not path.exists():
         raise InputError("no_such_file", where=printable(path), kind=kind)
 

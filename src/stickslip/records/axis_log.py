@@ -48,7 +48,7 @@ class _Timing:
 
     sampling_time: float  # s
     jitter: float  # largest deviation of a step over the sampling time [-]
-    gaps: Int[np.ndarray, " gaps"]  # index of the sample before each
+    gaps: Int[np.ndarray, " gaps"]  # index of the sample before each gap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +174,7 @@ class AxisLog(Record):
         return self._timing.jitter
 
     @cached_property
-    def _timing(self) -> "_Timing":
+    def _timing(self) -> _Timing:
         steps = np.diff(self.time)
         typical = float(np.median(steps))
         gaps = steps > GAP_RATIO * typical

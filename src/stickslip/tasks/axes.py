@@ -64,9 +64,9 @@ def axes_at(
 
 
 def kind_of_joints(urdf: Path | str, joints: Sequence[str] = ()) -> AxisKind | None:
-    """Return the kind of the joints of a robot, or of those wanted; None if they are of two.
+    """Return the kind of the joints of a robot, or of those in ``joints``; None if kinds differ.
 
-    ``joints`` are as `axes_of_robot` takes them.
+    ``joints`` are joints or ``AXIS=JOINT``, as in `axes_of_robot`; unknown ones are passed over.
     """
     from stickslip.estimation.robot.model import read_urdf
 

@@ -199,7 +199,7 @@ def _filled(
 
 
 def _can_be_bound(table: Table, schema: AxisSchema) -> bool:
-    """Return whether what is stated are columns of the log; if not, binding them is an error."""
+    """Return whether all stated columns are in the log; binding an absent one is an error."""
     try:
         for channel in CHANNELS:
             if (text := getattr(schema, channel)) is not None:

@@ -175,7 +175,7 @@ _DIALECTS = tuple(
 
 
 CANDUMP = ("a candump", "python -m can.logconvert in.log out.mf4 and a DBC by asammdf")
-"""Its name, and the command that converts it."""
+"""Name of the format, and the command that converts it."""
 
 _FRAME = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]+#")
 """A line of a candump, as in ``(1436509052.249713) vcan0 044#2A366C2B``."""
