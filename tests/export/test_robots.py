@@ -482,7 +482,7 @@ def test_mujoco_decelerates_with_static_friction():
     assert found[0] - found[1:] == pytest.approx(found[0] - expected, rel=DECELERATION)
 
 
-def test_the_actuator_of_an_earlier_export_goes_with_the_static_friction():
+def test_the_actuator_of_an_earlier_export_is_removed_without_static_friction():
     """It would add its friction to that of the joint."""
     once = edited("mjcf", **WITH_STATIC)
     with refuses("values_present", joint="elbow") as caught:

@@ -169,7 +169,7 @@ def test_the_makefile_and_the_example_work(exported: Exported) -> None:
 
 @needs_compiler
 def test_the_makefile_works_in_float(tmp_path: Path) -> None:
-    """Also for an offset of next to nothing, whose own size is no measure of its error."""
+    """Also with an offset near zero, where an error relative to the offset itself is large."""
     if shutil.which("make") is None:
         pytest.skip("make is not found")
     written = render(

@@ -134,12 +134,13 @@ def test_joints_of_lerobot_are_axes(names, columns, tmp_path):
     info.write_text(json.dumps(document))
     for file in tmp_path.glob("pick/data/**/*.parquet"):
         data = pq.read_table(file).drop_columns("observation.effort")
-        state = data["observation.state"]
-        pq.write_table(data.append_column("observation.effort", state), file)
+        pq.write_table(data.append_column("observation.effort", data["action"]), file)
     logs = read_axes(tmp_path / "pick", LogSchema(kind="rotary"))
     assert list(logs) == ["waist", "wrist"]
     np.testing.assert_array_equal(logs["wrist"].measured_position, columns["load_position"])
-    np.testing.assert_array_equal(logs["wrist"].effort, columns["load_position"])
+    np.testing.assert_array_equal(logs["wrist"].effort, columns["load_position"] + 1.0)
+    np.testing.assert_array_equal(logs["waist"].measured_position, columns["position"])
+    np.testing.assert_array_equal(logs["waist"].effort, columns["position"] + 1.0)
     assert "preset lerobot" in logs["waist"].source.assumptions[1]
 
 
