@@ -36,7 +36,7 @@ TOLERANCE = 2e-4  # m: a desktop computer is late by milliseconds, which make pu
 MASS, COULOMB, VISCOUS = 5.0, 20.0, 80.0  # kg, N, N s/m, known to the drive alone
 WATCHDOG = 0.1  # s, of the drive
 EFFORT, READ, END = b"E", b"R", b"Q"
-FRAME = struct.Struct("<cdd")  # what it is, the time of sending, a value
+FRAME = struct.Struct("<cdd")  # kind, time of sending [s], value
 
 
 def drive(ready: Connection) -> None:

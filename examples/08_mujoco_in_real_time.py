@@ -36,7 +36,7 @@ AXIS = f"""
 class MuJoCoAxis:
     """A slide with friction that moves with the clock.
 
-    The watchdog of the loop writes from a thread of its own: a lock keeps MuJoCo to one at a time.
+    The watchdog of the loop writes from a thread of its own: a lock keeps both threads apart.
     """
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class MuJoCoAxis:
         self._lock = threading.Lock()
         self._start = time.perf_counter()
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         """Simulate up to now, under the effort so far; the lock is held."""
         left = time.perf_counter() - self._start - self._data.time
         steps = int(left / STEP)
@@ -55,14 +55,14 @@ class MuJoCoAxis:
     def read(self) -> SensorSample:
         """Return position and velocity."""
         with self._lock:
-            self._go_on()
+            self._advance()
             position, velocity = float(self._data.qpos[0]), float(self._data.qvel[0])
         return SensorSample(nan, position, velocity, nan, nan)
 
     def write(self, effort: float) -> None:
         """Apply an effort from now on [N]."""
         with self._lock:
-            self._go_on()
+            self._advance()
             self._data.qfrc_applied[0] = effort
 
 
