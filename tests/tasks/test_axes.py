@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import robot_arm
 import seven_joints
 from message_files import write_robot
 
@@ -11,7 +12,7 @@ from stickslip.logs import AxisSchema, LogSchema
 from stickslip.presentation import write_report
 from stickslip.records import InputError
 from stickslip.tasks import axes_validated, identify_axes
-from stickslip.tasks.axes import axes_at
+from stickslip.tasks.axes import axes_at, kind_of_joints
 
 pytestmark = pytest.mark.slow
 FLAG = LogSchema(kind="rotary")
@@ -90,3 +91,19 @@ def test_part_of_the_log(file):
     with pytest.raises(InputError) as caught:
         axes_at(file, None, AxisSchema(kind="rotary", start_time=50.0))
     assert caught.value.code == "range_empty"
+
+
+@pytest.mark.parametrize(
+    ("joints", "kind"),
+    [
+        ((), None),
+        (("joint_7",), "linear"),
+        (("joint_1", "j2=joint_2"), "rotary"),
+        (("joint_1", "joint_7"), None),
+    ],
+)
+def test_the_kind_of_joints_is_none_if_kinds_differ(joints, kind, tmp_path):
+    model = tmp_path / "arm.urdf"
+    last = '<joint name="joint_7" type="'
+    model.write_text(robot_arm.urdf().replace(f"{last}revolute", f"{last}prismatic"))
+    assert kind_of_joints(model, joints) == kind
