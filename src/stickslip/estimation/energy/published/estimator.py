@@ -252,7 +252,7 @@ class PublishedEnergyEstimator(OnlineMethod, RowsEstimator):
         InputError
             If the sample does not hold five numbers, or the noise is needed and not known.
         """
-        if kernels.fields(state).noise < 0.0:
+        if state[kernels.NOISE] < 0.0:
             raise InputError("noise_unknown")
         return super().step(state, sample)
 

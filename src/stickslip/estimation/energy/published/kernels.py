@@ -22,7 +22,7 @@ from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE, admit,
 from stickslip.estimation.online.faults.guard import guard_dtype, stays_valid
 from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import RECURSION, VALUES, update
-from stickslip.numerics.named_fields import fields_at, places
+from stickslip.numerics.named_fields import fields_at, place_of, places
 
 MOST_VALUES = 4
 
@@ -58,6 +58,7 @@ _FIELDS = np.dtype(
     ]
 )
 STATE_SIZE = places(_FIELDS)
+NOISE = place_of(_FIELDS, "noise")  # negative while it is not known
 
 fields = fields_at(_FIELDS)
 
