@@ -77,8 +77,8 @@ def compare(
         raise InputError("reading_of_scenario", where=str(source))
     if not scenario and runs is not None:
         raise InputError("runs_of_log", where=str(source), runs=runs)
+    reading.units()  # options are refused before the files
     files.check(inputs=[source] if scenario else reading.inputs(source))
-    reading.units()  # refused before anything is loaded
     with progress_bar(f"comparing, {source.name}") as progress:
         from stickslip import EstimationTask, write_report
         from stickslip.tasks import compare_log, compare_scenario

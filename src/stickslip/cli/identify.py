@@ -143,12 +143,12 @@ def identify(
     friction, files = friction or EstimatedFriction(), files or ResultFiles()
     logs = [log, *others]
     read = logs if validate is None else [*logs, validate]
-    files.check(inputs=[*robot.inputs, *(path for each in read for path in reading.inputs(each))])
     if others and robot.urdf is not None:
         raise InputError("robot_of_several_logs")
-    reading.units()  # refused before anything is loaded
+    reading.units()  # options are refused before the files
     load = weight.load()
     delay = _effort_delay(effort_delay or [])
+    files.check(inputs=[*robot.inputs, *(path for each in read for path in reading.inputs(each))])
     what = log.name if not others else f"{len(logs)} logs"
     delays = delay if isinstance(delay, dict) else {}
     given: list[Path | AxisLog] = list(logs)

@@ -58,15 +58,14 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
 
         return record(vector), address
 
-    with_attributes = np.dtype((np.record, dtype))
-
+    # The export to C reads dtype and start from the function
     def fields(vector: Float[np.ndarray, " s"]) -> Any:
-        return np.ndarray(1, with_attributes, vector, _PLACE * start)[0]
+        return np.ndarray(1, np.dtype((np.record, dtype)), vector, _PLACE * start)[0]
 
     # Numba compares the signatures of both, which therefore have no annotations
     def typed(vector):  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]
-        plain = vector.ndim == 1 and vector.layout == "C" and vector.dtype == numba.float64
-        if not plain:
+        whole = vector.ndim == 1 and vector.layout == "C" and vector.dtype == numba.float64
+        if not whole:
             return None
         return lambda vector: in_kernel(vector)  # pyright: ignore  # noqa: PLW0108
 
