@@ -21,7 +21,7 @@ test: .venv/dev.stamp ## the tests of the package without those marked slow, in 
 test-all: .venv/dev.stamp ## every test, with new examples of the property tests
 	$(PYTEST) --hypothesis-profile=$(HYPOTHESIS)
 
-check: lint pages ## linters, types, import contracts, docs with warnings as errors; twice as fast with -j 2
+check: lint pages ## linters, types, import contracts, docs with warnings as errors; -j 2 makes both at once
 
 lint: .venv/dev.stamp
 	$(BIN)/ruff format --check .

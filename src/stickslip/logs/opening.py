@@ -127,10 +127,9 @@ def _files(location: str | Path, named: Mapping[str, str], where: str) -> dict[s
     path, shown = Path(location), printable(location)
     if str(location) in _STANDARD_INPUT:
         return {"": _standard_input()}
-    if not path.exists():
-        if match := _URL.fullmatch(str(location)):
-            return {"": _downloaded(match["protocol"], match["rest"])}
-        check_exists(path, "file or folder")
+    if (match := _URL.fullmatch(str(location))) and not path.exists():
+        return {"": _downloaded(match["protocol"], match["rest"])}
+    check_exists(path, "file or folder")
     if not (path.is_file() or path.is_dir()):
         raise InputError("pipe_as_log", where=shown)
     if not path.is_dir():
