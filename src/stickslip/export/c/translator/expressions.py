@@ -4,6 +4,7 @@ import ast
 import inspect
 import math
 import types
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -66,7 +67,7 @@ _TESTS: dict[Any, str] = {
 _LARGEST_POWER = 8
 
 
-class Expressions:
+class Expressions(ABC):
     """Translation of the expressions of one function."""
 
     unit: "Unit"
@@ -417,17 +418,17 @@ class Expressions:
             return []  # there is nothing in it
         return [cast(value, kind).code]
 
+    @abstractmethod
     def write(self, origin: tuple[str, Any, str]) -> None:
         """Note that memory is written."""
-        raise NotImplementedError
 
+    @abstractmethod
     def calls(self, called: "Function") -> None:
         """Note that a kernel is called."""
-        raise NotImplementedError
 
+    @abstractmethod
     def scratch_array(self, node: ast.Call) -> Value:
         """Return a new array that has no name in Python."""
-        raise NotImplementedError
 
     def _one_effect(self, node: ast.expr, values: list[Value]) -> None:
         """Check that no two operands change anything: C leaves their order open."""
