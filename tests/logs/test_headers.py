@@ -274,3 +274,99 @@ def test_units_of_time_by_their_step(file, factor, offset, known):
     with pytest.raises(InputError) as caught:
         read_log(path)
     assert caught.value.code == "time_unit_unknown"
+
+
+@pytest.mark.parametrize(
+    ("header", "quantity", "factor"),
+    [
+        ("pos (degrees)", "measured_position", np.pi / 180),
+        ("pos (rotations)", "measured_position", TURN),
+        ("pos (mrad)", "measured_position", 1e-3),
+        ("pos in deg", "measured_position", np.pi / 180),
+        ("actualPosDeg", "measured_position", np.pi / 180),
+        ("vel (krpm)", "measured_velocity", 1e3 * TURN / 60),
+        ("vel / U/min", "measured_velocity", TURN / 60),
+        ("vel_rotations_per_second", "measured_velocity", TURN),
+        ("torque (mN.m)", "effort", 1e-3),
+        ("torque (Nmm)", "effort", 1e-3),
+        ("torque (oz-in)", "effort", 0.028349523125 * 9.80665 * 0.0254),
+        ("torque_nm", "effort", 1.0),
+        ("current (milliamps)", "effort", 1e-3),
+    ],
+)
+def test_a_unit_is_converted_however_it_is_spelled(file, header, quantity, factor):
+    q, dq, tau = motion(0)
+    names = {"measured_position": "angle", "measured_velocity": "vel", "effort": "torque"}
+    names[quantity] = header
+    log = read_log(file(["time_s", *names.values()], [TIME, q, dq, tau]))
+    values = {"measured_position": q, "measured_velocity": dq, "effort": tau}[quantity]
+    np.testing.assert_allclose(getattr(log, quantity), factor * values, rtol=1e-9)
+
+
+@pytest.mark.parametrize("header", ["angle (wibble)", "angle / wibble", "angle, pu", "deg angle"])
+def test_a_text_that_may_be_a_unit_is_not_passed_over(file, header):
+    q, dq, tau = motion(0)
+    path = file(["time_s", header, "vel", "torque"], [TIME, q, dq, tau])
+    if "," in header:
+        path.write_text(path.read_text().replace(header, f'"{header}"'))
+    with pytest.raises(InputError) as caught:
+        read_log(path)
+    assert caught.value.code == "unit_unread"
+    check(read_log(path, LogSchema(units={"position": "rad"})), 0)
+
+
+def test_words_in_brackets_need_no_unit(file):
+    q, dq, tau = motion(0)
+    header = [
+        "time_s",
+        "angle (measured)",
+        "angle (raw error)",
+        "vel (estimated)",
+        "torque (q-axis)",
+    ]
+    check(read_log(file(header, [TIME, q, 0 * q, dq, tau])), 0)
+
+
+def test_the_name_of_an_axis_in_brackets(file):
+    one, two = motion(0), motion(1)
+    header = ["time_s", "angle (elbow)", "torque (elbow)", "angle (wrist)", "torque (wrist)"]
+    logs = read_axes(file(header, [TIME, one[0], one[2], two[0], two[2]]))
+    assert list(logs) == ["elbow", "wrist"]
+    check(logs["elbow"], 0)
+    check(logs["wrist"], 1)
+
+
+def test_desired_values_of_a_robot_are_no_axes(file):
+    one, two = motion(0), motion(1)
+    header, columns = ["time"], [TIME]
+    for k, (q, dq, tau) in enumerate((one, two)):
+        names = ("q_d", "dq_d", "tau_J_d", "q", "dq", "tau_J")
+        header += [f"{name}[{k}]" for name in names]
+        columns += [0.9 * q, 0.9 * dq, 0.9 * tau, q, dq, tau]
+    logs = read_axes(file(header, columns), LogSchema(kind="rotary"))
+    assert list(logs) == ["0", "1"]
+    check(logs["0"], 0)
+    check(logs["1"], 1)
+
+
+def test_an_axis_of_twincat_counts_once(file):
+    q, dq, tau = motion(0)
+    names = ("ActPos", "ActVelo", "ActTorque")
+    header = ["time", *(f"GVL.Axis[1].NcToPlc.{name}" for name in names), "GVL.Axis[1].ActTorque"]
+    path = file(header, [TIME, q, dq, tau, tau])
+    logs = read_axes(path, LogSchema(kind="rotary"))
+    assert list(logs) == ["GVL.Axis[1]"]
+    check(logs["GVL.Axis[1]"], 0)
+
+
+@pytest.mark.parametrize("step", [1, 0.5])
+def test_a_long_log_with_steps_of_about_one_may_be_in_milliseconds(file, step):
+    q, dq, tau = motion(0)
+    path = file(["t", "angle", "vel", "torque"], [np.arange(N) * float(step), q, dq, tau])
+    with pytest.raises(InputError) as caught:
+        read_log(path)
+    assert caught.value.code == "time_unit_unknown"
+    assert caught.value.quantities["units"] == ["s", "ms"]
+    assert read_log(path, LogSchema(units={"time": "ms"})).sampling_time == pytest.approx(
+        1e-3 * step
+    )

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.logs.units import effort_unit, header_unit, is_unit, kind_of_unit, scale_to_si
+from stickslip.logs.unit_spelling import header_unit, is_unit
+from stickslip.logs.units import effort_unit, kind_of_unit, scale_to_si
 from stickslip.records import InputError
 
 ROUNDING = 4e-16
@@ -39,6 +40,28 @@ ROUNDING = 4e-16
         ("effort", "N.m", "rotary", 1.0),
         ("effort", "mNm", "rotary", 1e-3),
         ("effort", "kgf*m", "rotary", 9.80665),
+        ("position", "Degrees", "rotary", math.pi / 180),
+        ("position", "rotations", "rotary", 2 * math.pi),
+        ("position", "mrad", "rotary", 1e-3),
+        ("position", "rads", "rotary", 1.0),
+        ("velocity", "krpm", "rotary", 1e3 * 2 * math.pi / 60),
+        ("velocity", "min-1", "rotary", 2 * math.pi / 60),
+        ("velocity", "U/min", "rotary", 2 * math.pi / 60),
+        ("velocity", "rotations_per_second", "rotary", 2 * math.pi),
+        ("velocity", "meters_per_second", "linear", 1.0),
+        ("effort", "N.mm", "rotary", 1e-3),
+        ("effort", "Nmm", "rotary", 1e-3),
+        ("effort", "mN.m", "rotary", 1e-3),
+        ("effort", "oz-in", "rotary", 0.028349523125 * 9.80665 * 0.0254),
+        ("effort", "in-lb", "rotary", 0.45359237 * 9.80665 * 0.0254),
+        ("effort", "ft-lb", "rotary", 0.45359237 * 9.80665 * 0.3048),
+        ("effort", "lb_in", "rotary", 0.45359237 * 9.80665 * 0.0254),
+        ("effort", "kg-cm", "rotary", 0.0980665),
+        ("effort", "Newton-meters", "rotary", 1.0),
+        ("effort", "milliamps", "rotary", 1e-3),
+        ("effort", "amps", "rotary", 1.0),
+        ("effort", "A_rms", "rotary", 1.0),
+        ("effort", "pct", "rotary", 1.0),
     ],
 )
 def test_factors_to_si(channel, unit, kind, factor):
@@ -109,6 +132,23 @@ def test_any_text_is_a_unit_or_refused(text):
         ("time_ms", "time_ms", "ms"),
         ("vel_rad_s", "vel_rad_s", "rad_s"),
         ("q_m", "q_m", None),
+        ("Position (deg) act", "Position act", "deg"),
+        ("Speed / rpm", "Speed", "rpm"),
+        ("t/s", "t", "s"),
+        ("v/(mm/s)", "v", "mm/s"),
+        ("vel in deg/sec", "vel", "deg/sec"),
+        ("Torque, N m", "Torque", "N m"),
+        ("position_degrees", "position_degrees", "degrees"),
+        ("velocity_meters_per_second", "velocity_meters_per_second", "meters_per_second"),
+        ("torque_nm", "torque_nm", "Nm"),
+        ("current_ma", "current_ma", "mA"),
+        ("posDeg", "posDeg", "Deg"),
+        ("timeMs", "timeMs", "ms"),
+        ("Speed rpm", "Speed rpm", "rpm"),
+        ("pos_min", "pos_min", None),
+        ("Status", "Status", None),
+        ("q_d[0]", "q_d[0]", None),
+        ("/joint_states/elbow/position", "/joint_states/elbow/position", None),
         ("  torque ", "torque", None),
         ("[mm]", "[mm]", None),
         ("", "", None),
@@ -118,11 +158,13 @@ def test_unit_in_a_header(header, name, unit):
     assert header_unit(header) == (name, unit)
 
 
-@pytest.mark.parametrize("text", ["mm", "[s]", "(N m)", "m/s^2", "deg/s", "-", "°"])
+@pytest.mark.parametrize(
+    "text", ["mm", "[s]", "(N m)", "m/s^2", "deg/s", "-", "°", "oz-in", "Degrees", "A rms", "U/min"]
+)
 def test_units_of_motion(text):
     assert is_unit(text)
 
 
-@pytest.mark.parametrize("text", ["position", "t x", "42", "abc"])
+@pytest.mark.parametrize("text", ["position", "t x", "42", "abc", "elbow", "U", "r", "q axis"])
 def test_what_is_no_unit_of_motion(text):
     assert not is_unit(text)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.input_files import nearest
-from stickslip.logs.units import header_unit
+from stickslip.logs.unit_spelling import header_unit
 from stickslip.records import InputError
 
 Column = Float[np.ndarray, " n"]

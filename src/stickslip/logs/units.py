@@ -3,80 +3,16 @@
 import re
 import tokenize
 from functools import cache
-from types import MappingProxyType
 from typing import Any
 
+from stickslip.logs.unit_spelling import for_unit_library
 from stickslip.records import AxisKind, EffortUnit, InputError, unit_of
 
-_WORDS = MappingProxyType(
-    {
-        "Nm": "(N*m)",
-        "mNm": "(mN*m)",
-        "kNm": "(kN*m)",
-        "cNm": "(cN*m)",
-        "rev": "turn",
-        "revs": "turn",
-        "sec": "s",
-        "RPM": "rpm",
-        "rps": "(turn/s)",
-        "dps": "(deg/s)",
-        "inc": "count",
-        "incr": "count",
-        "grad": "deg",
-        "Grad": "deg",
-        "Arms": "A",
-        "usec": "us",
-        "nsec": "ns",
-    }
-)
-"""Common ways to write a unit that the unit library reads otherwise or not at all."""
-
-_REPLACED = (("·", "*"), ("²", "^2"), ("°", "deg"), ("_", "/"))
-_NEWTON_METRE = re.compile(r"\b([mkc]?N)[ .-]m\b")
 _PLAUSIBLE = re.compile(r"(?:(?:[^\W\d_]++|\))(?:(?:\^|\*\*)-?[1-9](?!\d))?|1(?= ?/)|[%*/( ])++")
 """Words, products and small powers: what is handed to the unit library's parser at all."""
 
 _PARSER_FAULTS = (ValueError, TypeError, AttributeError, AssertionError, tokenize.TokenError)
 """What the unit library's parser raises, beside its own errors, on text that is no unit."""
-
-_KNOWN = re.compile(
-    r"(?:[numµμk]?(?:m|s|N|Nm|A|V)|cm|in|inch|min|h|[mun]?sec|deg|°|m?rad|revs?|turns?|rpm|RPM|"
-    r"counts?|incr?|rps|dps|Grad|Arms|"
-    r"N[ .*·]m|lbf|%|-|1)"
-    r"(?:/(?:m?s|min|sec)(?:\^?2|²)?)?"
-)
-_BRACKETED = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\))")
-_SUFFIXED = re.compile(
-    r".*?(?:[A-Za-z0-9]_(?P<unit>ms|us|ns|[mun]?sec|mm|um|deg|rad|revs?|turns?|counts?|kN|m?Nm|mA|"
-    r"rpm|rps|dps|(?:rad|deg|mm|m|revs?|turns?)_s)|[A-Za-z]{3}_(?P<letter>[smNA]))"
-)
-
-
-def header_unit(header: str) -> tuple[str, str | None]:
-    """Split a column's header into its name and the unit in it.
-
-    A unit stands in brackets, or at the end of the name where it cannot be mistaken.
-
-    >>> header_unit("position [mm]"), header_unit("vel (rad/s)"), header_unit("time_ms")
-    (('position', 'mm'), ('vel', 'rad/s'), ('time_ms', 'ms'))
-    >>> header_unit("torque")
-    ('torque', None)
-    """
-    header = header.strip()
-    match = _BRACKETED.fullmatch(header)
-    if match and not (match["square"] or "").strip().isdigit():  # q[3] is an element of q
-        square = match["square"]
-        unit = (square if square is not None else match["round"]).strip()
-        if square is not None or is_unit(unit):
-            return match["name"], unit or None
-    if match := _SUFFIXED.fullmatch(header):
-        return header, match["unit"] or match["letter"]
-    return header, None
-
-
-def is_unit(text: str) -> bool:
-    """Return whether a text is one of the units that logs of motion axes come in."""
-    return _KNOWN.fullmatch(text.strip().strip("[]()").strip()) is not None
 
 
 def quantity_of(channel: str) -> str:
@@ -86,7 +22,7 @@ def quantity_of(channel: str) -> str:
 
 def effort_unit(unit: str) -> EffortUnit:
     """Return ampere or percent for an effort in such a unit, and nothing for another one."""
-    if unit.strip() == "%":
+    if for_unit_library(unit) == "percent":
         return "%"
     if unit in {unit_of("effort", "linear"), unit_of("effort", "rotary")}:
         return ""  # needs no unit library
@@ -172,11 +108,7 @@ def _parsed(unit: str) -> Any:
     """Return the unit library's form of a unit, however it was spelled."""
     import pint
 
-    spelled = "rpm" if unit.strip() == "1/min" else unit.strip()
-    for written, meant in _REPLACED:
-        spelled = spelled.replace(written, meant)
-    spelled = _NEWTON_METRE.sub(r"(\1*m)", spelled)
-    spelled = re.sub(r"[^\W\d]+", lambda word: _WORDS.get(word[0], word[0]), spelled)
+    spelled = for_unit_library(unit)
     if not _PLAUSIBLE.fullmatch(spelled):
         raise _unknown_unit(unit)
     try:

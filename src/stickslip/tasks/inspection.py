@@ -106,7 +106,7 @@ def inspect(
         logs = {each: log for each, log in logs.items() if schemas[each] is own}
     return Inspection(
         name=name,
-        rates=_rates(table, discovery, values),
+        rates=_rates(table, discovery, values, _unit_of_time(assigned)),
         columns=tuple(
             _column(table, column, discovery.by_column.get(column), values[column])
             for column in table.headers
@@ -202,12 +202,22 @@ def _column(
     )
 
 
+def _unit_of_time(assigned: Mapping[str, Assignment]) -> str | None:
+    """Return the unit of time that the schemas of all axes state, None if there is no such one."""
+    units = {each.schema.units.get("time") for each in assigned.values()}
+    return units.pop() if len(units) == 1 else None
+
+
 def _rates(
     table: Table,
     discovery: Discovery,
     values: Mapping[str, Float[np.ndarray, " n"] | None],
+    stated: str | None,
 ) -> dict[str, float]:
-    """Return the sampling frequency of each group by its time stamps [Hz], if these are in s."""
+    """Return the sampling frequency of each group by its time stamps [Hz], if their unit is known.
+
+    ``stated`` is the unit that the user states.
+    """
     from stickslip.logs.columns.clock import unit_of_stamps
     from stickslip.logs.units import scale_to_si
 
@@ -221,7 +231,7 @@ def _rates(
         if column is None or stamps is None or stamps.size < 2:
             continue
         try:
-            unit = table.units.get(column)
+            unit = stated or table.units.get(column)
             factor = (
                 unit_of_stamps(stamps, column=column, label=table.label)[0]
                 if unit is None

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from stickslip.logs.columns.words import Meaning
+from stickslip.logs.columns.discovery import discover
+from stickslip.logs.columns.words import Meaning, unread_unit
 from stickslip.logs.expressions import (
     Expression,
     Value,
@@ -88,6 +89,8 @@ def _with_unit(
     column, meant = expression.names[0], found.get(channel)
     if unit is None:
         unit, origin = _unit_in_file(table, channel, expression)
+        if unit is None and expression.is_column:
+            _check_unread(table, channel, column)
         if unit is None and meant is not None and meant.current:
             unit, origin = "A", "it seems to be a motor current, and is taken in A"
     elif channel in found and expression.is_column and column not in table.units:
@@ -107,6 +110,23 @@ def _with_unit(
         note=note,
         kind_of_name=None if meant is None else meant.kind,
     )
+
+
+def _check_unread(table: Table, channel: str, column: str) -> None:
+    """Refuse a column whose header may state a unit that is not known, which no one replaced.
+
+    A text in brackets that a position and an effort have is the name of an axis.
+    """
+    text = unread_unit(table, column)
+    if not text:
+        return
+    having = {
+        each.channel for each in discover(table).meanings if unread_unit(table, each.column) == text
+    }
+    if not {"position", "effort"} <= having:
+        raise InputError(
+            "unit_unread", where=table.label, channel=channel, column=column, text=text
+        )
 
 
 def _unit_in_file(table: Table, channel: str, expression: Expression) -> tuple[str | None, str]:

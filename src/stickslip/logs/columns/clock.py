@@ -22,6 +22,9 @@ taken in the one unit that puts it there."""
 _SECONDS = 1.0
 """Steps up to this are seconds: nothing logs an axis every 1 us [s]."""
 
+_SHORT = 100
+"""Samples; a longer log with steps above the slowest sampling time may be in s or in ms."""
+
 
 def unit_of_stamps(
     stamps: Float[np.ndarray, " n"], *, column: str, label: str
@@ -29,7 +32,8 @@ def unit_of_stamps(
     """Return how many seconds a unit of time stamps is, and a sentence on why.
 
     Stamps of the size of a calendar time are one. Others are in s if their step is at most 1, or
-    else in the one unit of ms, us and ns in which it is a sampling time.
+    else in the one unit of ms, us and ns in which it is a sampling time. A long log with a step of
+    0.1 to 1 is refused: it is slow in s, and ordinary in ms.
     """
     plain = "no unit is given, so it is taken in s"
     if stamps.size < 2 or not np.isfinite(stamps).all():
@@ -38,6 +42,10 @@ def unit_of_stamps(
         if low <= float(stamps[0]) <= high:
             return factor, f"no unit is given; its size is that of {name}"
     step = float(np.median(np.abs(np.diff(stamps))))
+    if _SLOWEST < step <= _SECONDS and stamps.size >= _SHORT:
+        raise InputError(
+            "time_unit_unknown", where=label, column=column, step=step, units=["s", "ms"]
+        )
     if step <= _SECONDS:
         return 1.0, plain
     units = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}

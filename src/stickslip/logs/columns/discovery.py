@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from stickslip.logs.columns.words import Meaning, meaning
+from stickslip.logs.columns.words import Meaning, meaning, words_of
 from stickslip.logs.table import Table
 
 
@@ -65,7 +65,31 @@ class Discovery:
 def discover(table: Table) -> Discovery:
     """Return what the columns of a table are by their names."""
     found = [each for name in table.headers if (each := meaning(table, name)) is not None]
+    found = _with_desired(table, found)
     return Discovery(meanings=tuple(_joined(_without_common_words(found))))
+
+
+def _with_desired(table: Table, found: Sequence[Meaning]) -> list[Meaning]:
+    """Take a column for commanded if another one has its name but for a ``d``: it is desired.
+
+    So q_d and tau_J_d beside q and tau_J; the d-axis of a current is another thing.
+    """
+    names = {words_of(header) for header in table.headers.values()}
+
+    def desired(each: Meaning) -> bool:
+        words = words_of(table.headers[each.column])
+        last = max((k for k, word in enumerate(words) if not word.isdigit()), default=0)
+        return (
+            bool(last) and words[last] == "d" and not each.current and each.source == ""
+            and (*words[:last], *words[last + 1 :]) in names
+        )  # fmt: skip
+
+    return [
+        replace(each, source="commanded", axis=" ".join(w for w in each.axis.split() if w != "d"))
+        if desired(each)
+        else each
+        for each in found
+    ]
 
 
 def _most_direct(found: list[Meaning]) -> list[Meaning]:

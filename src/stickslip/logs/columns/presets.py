@@ -146,11 +146,13 @@ def _is_pattern(text: str) -> bool:
 def _columns_like(table: Table, text: str) -> dict[str, str]:
     """Return the columns that match a pattern, by the axis in it; the first alternative counts."""
     found: dict[str, str] = {}
+    left = list(table.headers)
     for alternative in text.split(_ALTERNATIVE):
         expression = _compiled(alternative)
-        for name in table.headers:
-            if match := expression.fullmatch(name):
-                found.setdefault(match.groupdict().get("axis") or "", name)
+        matches = {name: match for name in left if (match := expression.fullmatch(name))}
+        for name, match in matches.items():
+            found.setdefault(match.groupdict().get("axis") or "", name)
+        left = [name for name in left if name not in matches]
     return found
 
 

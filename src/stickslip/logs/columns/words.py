@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stickslip.logs.table import Table
-from stickslip.logs.units import effort_unit, header_unit, measures
+from stickslip.logs.unit_spelling import is_unit, is_worded_unit, texts_beside, title_of
+from stickslip.logs.units import effort_unit, measures
 from stickslip.records import AxisKind
 
 Source = Literal["measured", "", "commanded"]
@@ -59,6 +60,12 @@ _NEUTRAL = _set(
 
 _NEUTRAL_OF_CURRENT = _set("q active generating producing quadrature")
 _NEUTRAL_OF_TIME = _set("sample log ros unix epoch utc system server since start receive record")
+_QUALIFIERS = _set(
+    "from cell link output unfiltered smoothed calculated calc computed absolute abs relative rel "
+    "achse direct new old corrected mean average avg dimensionless unitless"
+)
+"""Words in brackets that say more of a quantity and name no unit."""
+
 _NUMBERED = _set("j m a dof servo")
 """Words that are neutral before a number: joint 1 is axis 1, whatever it is called."""
 
@@ -80,6 +87,10 @@ WORDS_OF_KIND: Mapping[AxisKind, frozenset[str]] = {
 }
 """Words that are used of one kind of axis only."""
 
+_VOCABULARY = frozenset[str]().union(
+    *_STRONG.values(), *_WEAK.values(), _MEASURED, _COMMANDED, _EXCLUDED, _NEUTRAL, _QUALIFIERS,
+    _NEUTRAL_OF_CURRENT, _NEUTRAL_OF_TIME, _set("load")
+)  # fmt: skip
 _SEGMENT = re.compile(r"[/.]|->")
 _PIECE = re.compile(r"[^\W_]+")
 _WORD = re.compile(r"[^\W\d_]*[A-Z]{2,}(?![a-z])|[^\W\d_]?[^\W\dA-Z_]+|[A-Z]+|\d+")
@@ -103,12 +114,7 @@ class Meaning:
 
 def meaning(table: Table, column: str) -> Meaning | None:
     """Return what a column is by its name, or None if it is no channel."""
-    header = table.headers[column]
-    title, unit = header_unit(header.rpartition(":")[2])
-    title = title.removesuffix(f"_{unit}")
-    segments = [
-        words for part in _SEGMENT.split(_SIEMENS.sub(" ", title)) if (words := words_in(part))
-    ]
+    segments = _segments(table.headers[column])
     every = {word for words in segments for word in words}
     if table.group_of(column).time == column:
         return Meaning(column=column, channel="time", axis="", stamp="stamp" in every)
@@ -144,6 +150,36 @@ def meaning(table: Table, column: str) -> Meaning | None:
         stamp=bool(every & {"stamp", "header"}),
         kind=kinds[0] if len(kinds) == 1 else None,
     )
+
+
+def words_of(header: str) -> tuple[str, ...]:
+    """Return the words of a header but for its unit."""
+    return tuple(word for words in _segments(header) for word in words)
+
+
+def unread_unit(table: Table, column: str) -> str:
+    """Return the text in a header that may be a unit and is not read as one; empty if none is."""
+    if column in table.units:
+        return ""
+    title = title_of(table.headers[column])
+    for text in texts_beside(title):
+        words = words_in(text)
+        prose = " " in text.strip() and not any(map(is_unit, words))
+        if not prose and not all(map(_is_known, words)):
+            return text.strip()
+    words = [word for word in _PIECE.findall(title) if is_worded_unit(word)]
+    return words[0] if words else ""
+
+
+def _is_known(word: str) -> bool:
+    """Return whether a word names no unit: one of the vocabulary, or an axis."""
+    return word.isdigit() or word in _VOCABULARY or (len(word) == 1 and not is_unit(word))
+
+
+def _segments(header: str) -> list[list[str]]:
+    """Return the words of each segment of a header that has any, without its unit."""
+    title = _SIEMENS.sub(" ", title_of(header).rpartition(":")[2])
+    return [words for part in _SEGMENT.split(title) if (words := words_in(part))]
 
 
 def words_in(text: str) -> list[str]:

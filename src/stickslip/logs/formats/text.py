@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.logs.formats.twincat import is_twincat, read_twincat
 from stickslip.logs.table import Column, Table, name_columns
-from stickslip.logs.units import is_unit
+from stickslip.logs.unit_spelling import is_unit
 from stickslip.records import InputError
 
 _SNIFFED_LINES = 500

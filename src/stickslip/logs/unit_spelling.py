@@ -1,0 +1,249 @@
+"""Units as the headers of logs spell them."""
+
+import re
+from types import MappingProxyType
+
+_SPELLINGS = MappingProxyType(
+    {
+        meant: spelled.split()
+        for meant, spelled in {
+            "s": "sec secs second seconds",
+            "ms": "msec msecs millisec millisecond milliseconds",
+            "us": "µs μs usec usecs microsec microsecond microseconds",
+            "ns": "nsec nsecs nanosec nanosecond nanoseconds",
+            "minute": "min minutes",
+            "hour": "h hr hours",
+            "m": "meter meters metre metres",
+            "cm": "centimeter centimeters centimetre centimetres",
+            "mm": "millimeter millimeters millimetre millimetres",
+            "um": "µm μm micron microns micrometer micrometers micrometre micrometres",
+            "nm": "nanometer nanometers nanometre nanometres",
+            "inch": "in inches",
+            "ft": "foot feet",
+            "deg": "° degree degrees grad",
+            "mdeg": "millideg millidegree millidegrees",
+            "rad": "rads radian radians",
+            "mrad": "milliradian milliradians",
+            "urad": "µrad μrad microradian microradians",
+            "arcmin": "arcminute arcminutes",
+            "arcsec": "arcsecond arcseconds",
+            "turn": "turns rev revs revolution revolutions rot rots rotation rotations",
+            "count": "counts cnt cnts tick ticks pulse pulses inc incr increment increments "
+            "step steps lsb puu",
+            "rpm": "",
+            "krpm": "",
+            "(turn/s)": "rps",
+            "(deg/s)": "dps",
+            "(count/s)": "cps",
+            "mps": "",
+            "N": "newton newtons",
+            "mN": "millinewton millinewtons",
+            "kN": "kilonewton kilonewtons",
+            "cN": "",
+            "daN": "",
+            "(N*m)": "Nm",
+            "(mN*m)": "mNm",
+            "(uN*m)": "uNm µNm μNm",
+            "(cN*m)": "cNm",
+            "(kN*m)": "kNm",
+            "(N*mm)": "Nmm",
+            "(N*cm)": "Ncm",
+            "lbf": "",
+            "ozf": "",
+            "kgf": "kp",
+            "gf": "",
+            "(ozf*inch)": "ozin inoz",
+            "(lbf*inch)": "lbin inlb",
+            "(lbf*ft)": "lbft ftlb",
+            "(kgf*cm)": "kgcm",
+            "(gf*cm)": "gcm",
+            "A": "Arms Apk Aeff amp amps ampere amperes",
+            "mA": "mArms mApk mAeff mAmp mAmps milliamp milliamps milliampere milliamperes",
+            "kA": "",
+            "V": "volt volts",
+            "mV": "millivolt millivolts",
+            "percent": "% pct",
+        }.items()
+    }
+)
+"""Spellings of each unit, by how the unit library is to read it."""
+
+_READ_AS = MappingProxyType(
+    {meant.strip("()"): meant for meant in _SPELLINGS if meant.strip("()").isalpha()}
+    | {each: meant for meant, spelled in _SPELLINGS.items() for each in spelled}
+)
+_OF_ANY_CASE = MappingProxyType(
+    {
+        spelled.casefold(): meant
+        for spelled, meant in _READ_AS.items()
+        if len(spelled) > 2 and spelled not in {"mNm", "cNm", "kNm", "uNm", "mArms"}
+    }
+    | {"mm": "mm"}
+)
+"""Those that mean the same in capitals; NM, mS and the like are left to the user."""
+
+_WHOLE = MappingProxyType(
+    {
+        spelled: meant
+        for meant, every in {
+            "rpm": ("1/min", "r/min", "U/min", "tr/min", "min-1", "min^-1", "Umdr/min"),
+            "turn/s": ("r/s", "U/s", "tr/s"),
+        }.items()
+        for spelled in every
+    }
+)
+"""Speeds of rotation whose parts mean something else, by how the unit library is to read them."""
+
+_FORCE, _LENGTH = r"(?:[mkcu]N|daN|N|ozf?|lbs?f?|kgf?|gf?)", r"(?:[mc]?m|in|ft|inch)"
+_JOINT = r" ?[ _.*·-] ?"
+_TORQUE = re.compile(
+    rf"(?<![\w/])(?:(?P<force>{_FORCE}){_JOINT}(?P<length>{_LENGTH})"
+    rf"|(?P<first>in|ft){_JOINT}(?P<last>ozf?|lbs?f?))(?![\w^²*]|/s)"
+)
+"""A torque; in one, a pound is a force."""
+
+_WORDED_TORQUE = re.compile(r"(?<!\w)newtons?[ _*-]met(?:er|re)s?(?!\w)", re.IGNORECASE)
+_AS_FORCE = MappingProxyType(
+    {"oz": "ozf", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "kg": "kgf", "g": "gf"}
+)
+_RMS = re.compile(r"(?<=A)[ _](?:rms|RMS|pk|eff)$")
+_WORD = re.compile(r"[^\W\d_]+|[%°]")
+_BUILT = re.compile(r"(?:[^\W\d_]|[%° .*·/()²-]|\^-?[1-9]|(?<=\w)-[1-9])+")
+_BRACKETS = re.compile(r"\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\)")
+_DIN = re.compile(r"(?P<name>.*\S)(?: / | in |, ?|: )(?P<unit>[^,:]+)")
+_PER = r"(?:(?:_per_|_?/|_)(?:s|sec|secs|second|seconds|min|minute)2?)?"
+_LONG = (
+    r"ms|us|ns|[mun]?secs?|seconds|milliseconds|microseconds|nanoseconds|mm|cm|um|microns?|"
+    r"(?:milli|centi)?met(?:er|re)s|inch|inches|deg|degrees?|m?rads?|radians?|revs?|revolutions?|"
+    r"rotations?|turns?|counts?|ticks|cnts?|kN|[mck]?Nm|Nmm|newtons?|newton_met(?:er|re)s?|N_m|"
+    r"m?nm|m[Aa]|m?[Aa]mps|m?Arms|milliamps|amperes?|rpm|RPM|krpm|rps|dps|lbf|"
+    r"(?:lbf?|ozf?)_(?:in|ft)|(?:in|ft)_lbf?|percent|pct|%"
+)
+_SLASH = re.compile(rf"(?P<name>[^/]+)/(?P<unit>(?:{_LONG}){_PER})")
+_LETTER = re.compile(r"(?P<name>[^\W\d_])/(?P<unit>[^/]+)")  # t/s, but not joint/h
+_CAMEL = r"Deg|Degrees|Rad|Radians|Rpm|RPM|Mm|Nm|mNm|Ms|Us|Rev|Revs|Turns|Counts|mA|Amps|Percent"
+_SUFFIXED = re.compile(
+    rf".*?(?:[^\W_]\)?[_. -](?P<unit>(?:{_LONG}){_PER}|m{_PER[:-1]})"
+    rf"|[a-z](?P<camel>{_CAMEL})|[^\W\d_]{{3}}_(?P<letter>[smNA]))"
+)
+_IN_CAMEL = MappingProxyType({"Mm": "mm", "Ms": "ms", "Us": "us"})
+_TORQUES = re.compile(r"torq|trq|tau|moment|effort|kraft", re.IGNORECASE)
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text is one of the units that logs of motion axes come in.
+
+    >>> is_unit("deg/s"), is_unit("(N.mm)"), is_unit("elbow")
+    (True, True, False)
+    """
+    text = text.strip().strip("[]()").strip()
+    if text in {"-", "1"} or text in _WHOLE:
+        return True
+    bare = _WORDED_TORQUE.sub("N", _TORQUE.sub("N", _RMS.sub("", text)))
+    words = _WORD.findall(bare)
+    return bool(words) and bool(_BUILT.fullmatch(bare)) and all(map(_read_as, words))
+
+
+def header_unit(header: str) -> tuple[str, str | None]:
+    """Split a column's header into its name and the unit in it.
+
+    A unit stands in brackets, behind a slash or a comma, or at the end of the name where it cannot
+    be mistaken; then it remains in the name. A text in square brackets that is no index is a unit,
+    known or not.
+
+    >>> header_unit("position [mm]"), header_unit("vel (rad/s)"), header_unit("time_ms")
+    (('position', 'mm'), ('vel', 'rad/s'), ('time_ms', 'ms'))
+    >>> header_unit("torque")
+    ('torque', None)
+    """
+    name, _, unit = _parts(header)
+    return name, unit
+
+
+def title_of(header: str) -> str:
+    """Return a header without its unit.
+
+    >>> title_of("position_deg"), title_of("Weg / mm")
+    ('position', 'Weg')
+    """
+    return _parts(header)[1]
+
+
+def texts_beside(title: str) -> list[str]:
+    """Return what stands in a title where a unit would: in round brackets, behind a slash or comma.
+
+    >>> texts_beside("pos (furlong)"), texts_beside("speed, furlong/s"), texts_beside("speed")
+    (['furlong'], ['furlong/s'], [])
+    """
+    found = [match["round"] for match in _BRACKETS.finditer(title) if match["round"]]
+    behind = _DIN.fullmatch(title)
+    return [*found, behind["unit"]] if behind else found
+
+
+def is_worded_unit(word: str) -> bool:
+    """Return whether a word of a name is a unit whatever stands around it.
+
+    >>> is_worded_unit("deg"), is_worded_unit("m"), is_worded_unit("step")
+    (True, False, False)
+    """
+    return any(
+        re.fullmatch(_LONG, each) for each in {word, word.lower() if len(word) > 2 else word}
+    )
+
+
+def for_unit_library(unit: str) -> str:
+    """Return a unit as the unit library reads it; a word that is not known here is left.
+
+    >>> for_unit_library("N.mm"), for_unit_library("Degrees/sec"), for_unit_library("in-lb")
+    ('(N*mm)', 'deg/s', '(lbf*inch)')
+    """
+    unit = unit.strip()
+    if unit in _WHOLE:
+        return _WHOLE[unit]
+    spelled = _RMS.sub("", unit).replace("_per_", "/").replace("²", "^2")
+    spelled = _WORDED_TORQUE.sub("(N*m)", _TORQUE.sub(_torque, spelled))
+    spelled = spelled.replace("_", "/").replace("·", "*")
+    return _WORD.sub(lambda word: _read_as(word[0]) or word[0], spelled)
+
+
+def _torque(match: re.Match[str]) -> str:
+    force, length = match["force"] or match["last"], match["length"] or match["first"]
+    return f"({_AS_FORCE.get(force, force)}*{length})"
+
+
+def _read_as(word: str) -> str | None:
+    """Return how the unit library is to read a word of a unit, None for one that is none."""
+    return _READ_AS.get(word) or _OF_ANY_CASE.get(word.casefold())
+
+
+def _in_capitals(unit: str, title: str) -> str:
+    """Return the unit at the end of a name, which may be spelled in the case of the name."""
+    if unit in {"nm", "mnm"} and _TORQUES.search(title):
+        return unit.replace("nm", "Nm")
+    return _IN_CAMEL.get(unit, "mA" if unit == "ma" else unit)
+
+
+def _parts(header: str) -> tuple[str, str, str | None]:
+    """Return the name of a column, its title without a unit, and the unit."""
+    header = header.strip()
+    found = list(_BRACKETS.finditer(header))
+    for match in reversed(found):
+        square, inside = match["square"], match["square"] or match["round"] or ""
+        rest = header[: match.start()].rstrip()
+        if not rest or inside.strip().isdigit():  # q[3] is an element of q
+            continue
+        behind = header[match.end() :].strip()
+        if (square is not None and not behind) or (inside.strip() and is_unit(inside)):
+            name = f"{rest} {behind}" if behind else rest.removesuffix("/")
+            return name, name, inside.strip() or None
+    match = _DIN.fullmatch(header)
+    if match and _WORD.search(match["unit"]) and is_unit(match["unit"]):
+        return match["name"], match["name"], match["unit"].strip()
+    match = _SLASH.fullmatch(header) or _LETTER.fullmatch(header)
+    if match and is_unit(match["unit"]):
+        return match["name"], match["name"], match["unit"]
+    if match := _SUFFIXED.fullmatch(header):
+        group = next(each for each in ("unit", "camel", "letter") if match[each])
+        title = header[: match.start(group)].rstrip("_. -")
+        return header, title, _in_capitals(match[group], title)
+    return header, header, None
