@@ -25,7 +25,7 @@ from stickslip.records import InputError, PositioningOutcome, SensorSample
 from stickslip.scenario import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.simulation import simulate_closed_loop
 
-RUNS = 12  # of each method; `python -m faulty_runs 100000` runs many
+RUNS = 12  # of each method; the study of positioning with faults has 100 000 on a plant
 LIMIT, MASS = 300.0, 150.0
 LAW = CoulombViscousFriction.symmetric(
     coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
@@ -272,6 +272,24 @@ def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixtur
     assert isfinite(effort)
     assert "failed" in str(guard.why(state))
     assert "far away" in caplog.text
+
+
+@pytest.mark.parametrize("value", [1e308, -1e308, 1e30, inf])
+def test_a_value_that_no_sensor_shows_is_a_lost_sample(value: float) -> None:
+    guard = guarded(pid())
+    for sample in (
+        SensorSample(0.0, value, 0.0, nan, nan),
+        SensorSample(0.0, 0.0, value, nan, nan),
+        SensorSample(value, 0.0, 0.0, nan, nan),
+    ):
+        state = guard.init()
+        for k in range(20):  # lost, so that the axis is stopped, and a start anew
+            state, effort = guard.step(state, NONE._replace(time=k * T))
+        for k in (0, 50, 51):
+            shown = sample if k == 50 else SensorSample(k * T, 0.0, 0.0, nan, nan)
+            state, effort = guard.step(state, shown)
+            assert abs(effort) <= LIMIT
+        assert abs(guard.step(guard.init(), sample)[1]) <= LIMIT
 
 
 def test_a_move_has_a_time_limit_where_it_ends() -> None:

@@ -1,12 +1,9 @@
-"""Random runs of guarded controllers with faulty samples: ``python -m faulty_runs 100000``."""
+"""Random runs of guarded controllers with faulty samples."""
 
-import sys
 from math import isfinite
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from small_scenarios import METHODS, scenario
 
 from stickslip.records import SensorSample
 
@@ -65,18 +62,3 @@ def faulty_run(guarded: Any, generator: np.random.Generator, samples: int) -> No
         assert type(effort) is float
         assert isfinite(effort), (k, values)
         assert abs(effort) <= limit, (k, values)
-
-
-def main(runs: int) -> None:
-    """Run that many, spread over all methods."""
-    guards = [scenario(*each).build(Path()).guarded for each in METHODS]
-    for guarded in guards:
-        guarded.warm_up()
-    for number in range(runs):
-        generator = np.random.default_rng(number)
-        faulty_run(guards[number % len(guards)], generator, int(generator.integers(5, 120)))
-    sys.stdout.write(f"{runs} runs: every effort was finite and within the limit\n")
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]))

@@ -423,8 +423,9 @@ class GuardedController(PositionController[GuardedState]):
 
 
 def _number(value: Any) -> float:
-    """Return a number as a float; NaN for what is none."""
+    """Return a number as a float; NaN for what no sensor shows."""
     try:
-        return float(value)
+        number = float(value)
+        return number if at.is_measured(number) else nan
     except (TypeError, ValueError, OverflowError):
         return nan
