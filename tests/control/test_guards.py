@@ -274,22 +274,15 @@ def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixtur
     assert "far away" in caplog.text
 
 
-@pytest.mark.parametrize("value", [1e308, -1e308, 1e30, inf])
-def test_a_value_that_no_sensor_shows_is_a_lost_sample(value: float) -> None:
+@pytest.mark.parametrize("value", [1e308, 1e200, inf])
+def test_values_that_no_sensor_shows_give_no_infinite_effort(value: float) -> None:
     guard = guarded(pid())
-    for sample in (
-        SensorSample(0.0, value, 0.0, nan, nan),
-        SensorSample(0.0, 0.0, value, nan, nan),
-        SensorSample(value, 0.0, 0.0, nan, nan),
-    ):
-        state = guard.init()
-        for k in range(20):  # lost, so that the axis is stopped, and a start anew
-            state, effort = guard.step(state, NONE._replace(time=k * T))
-        for k in (0, 50, 51):
-            shown = sample if k == 50 else SensorSample(k * T, 0.0, 0.0, nan, nan)
-            state, effort = guard.step(state, shown)
-            assert abs(effort) <= LIMIT
-        assert abs(guard.step(guard.init(), sample)[1]) <= LIMIT
+    for seed in range(50):
+        generator, state = np.random.default_rng(seed), guard.init()
+        for k in range(60):
+            x, v = generator.choice([0.0, 0.0, value, -value], 2)
+            state, effort = guard.step(state, SensorSample(k * T, x, v, nan, nan))
+            assert abs(effort) <= LIMIT  # nor one that is NaN
 
 
 def test_a_move_has_a_time_limit_where_it_ends() -> None:
