@@ -51,7 +51,8 @@ STATE = np.dtype(
         ("momentum", "f8"),  # of both masses, reckoned from the last sample that was new
         ("missed", "f8"),  # distance that an axis with it would have moved since
         ("fast", "i8"),  # samples in a row above the speed limit
-        ("outside", "i8"),  # from which the axis cannot stop within the travel
+        ("above", "i8"),  # samples in a row from which the axis cannot stop within the travel
+        ("below", "i8"),
         ("effort", "f8"),  # last one sent
         ("pushing", "i8"),  # samples in a row with nearly the largest effort and no motion
         ("pushing_from", "f8"),
@@ -119,7 +120,8 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     mean = (g.mass[0] * v + g.mass[1] * v2) / whole if both else v
     sure = max(abs(mean) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
     stop = 0.5 * sure * sure / g.braking
-    leaves = (mean > 0.0 and x + stop > g.high) or (mean < 0.0 and x - stop < g.low)
+    above = x > g.high or (mean > 0.0 and x + stop > g.high)
+    below = x < g.low or (mean < 0.0 and x - stop < g.low)
     # Blocked: nearly the largest effort and no motion
     if abs(g.effort) < _NEARLY * limit or g.pushing == 0:
         g.pushing_from = x
@@ -144,12 +146,14 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     if falls:
         g.free, g.fault, g.kept = 0, LOAD, 1
         g.anchored, g.released = 0, 0
-    g.outside = g.outside + 1 if leaves or x > g.high or x < g.low else 0
+    # A glitch shows the axis on its way to one side, and then to the other
+    g.above = g.above + 1 if above else 0
+    g.below = g.below + 1 if below else 0
     if g.fault != 0:
         return
     if g.fast >= _FAST:
         g.fault = SPEED
-    elif g.outside >= _OUTSIDE:
+    elif g.above >= _OUTSIDE or g.below >= _OUTSIDE:
         g.fault = TRAVEL
     elif blocked:
         g.fault = BLOCKED
@@ -324,5 +328,5 @@ def renew(guard: Float[np.ndarray, " g"]) -> None:
     """Begin a move to another target: no fault, its time not begun."""
     g = fields(guard)
     g.fault, g.started, g.lost, g.fast, g.pushing, g.free = 0, 0, 0, 0, 0, 0
-    g.anchored, g.quiet, g.released, g.kept, g.outside = 0, 0, 0, 0, 0
+    g.anchored, g.quiet, g.released, g.kept, g.above, g.below = 0, 0, 0, 0, 0, 0
     g.same, g.mismatch, g.unanswered = 0, 0.0, 0

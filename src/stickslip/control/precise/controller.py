@@ -18,10 +18,17 @@ from stickslip.control.precise.learning import BRAKING, HOLDING, MOVE, SIZE, own
 from stickslip.control.precise.moving import WILD, go_on, shortest, start_move
 from stickslip.control.pulses import exact_kernels
 from stickslip.control.pulses.exact import ExactPulseController
-from stickslip.control.pulses.exact_kernels import COULOMB, HIGHEST, law_of, pulse_for
+from stickslip.control.pulses.exact_kernels import (
+    COULOMB,
+    HELD_FAST,
+    HIGHEST,
+    law_of,
+    pulse_for,
+)
 from stickslip.control.pulses.kernel import (
     EXACT,
     MOVING,
+    PULSING,
     blind_step,
     emit,
     head,
@@ -52,6 +59,7 @@ _CERTAIN = 2.0  # standard deviations of friction: an effort that frees the axis
 _UNKNOWN = 0.9  # standard deviation of the logarithm of unknown friction: a factor 6 is two of them
 _UNKNOWN_SHARE = 0.12  # of the effort limit: between a third and a thirtieth, as usual of drives
 _UNKNOWN_VISCOUS = 0.3  # of that friction at the largest speed
+_PAUSE, _PAUSES = 0.3, 2  # duration [s] and number of waits for what still swings on the axis
 _FEWEST = 2  # samples of a rest, where the delay is known
 _LEARNED = 2  # samples of motion from which the pulses learn
 
@@ -114,6 +122,16 @@ def _ended(p: Any, s: Any, own: Any) -> None:
 
 
 @compiled()
+def _pause(p: Any, s: Any) -> None:
+    """Wait, and then begin the pulses anew: a mass that swings on the axis spoils them."""
+    p.pauses += 1
+    wait_for_rest(s)
+    s.wait = max(s.wait, math.ceil(p.pauses * _PAUSE / p.period))
+    s.pending = s.idle = 0
+    s.outcome = MOVING
+
+
+@compiled()
 def _step(
     state: Float[np.ndarray, " s"], sample: SensorSample
 ) -> tuple[Float[np.ndarray, " s"], float]:
@@ -133,7 +151,7 @@ def _step(
     m, F = math.exp(own.values[0]), math.exp(min(own.values[COULOMB], own.values[COULOMB + 1]))
     if p.moving == 0 and s.pending == 0 and pushed(p, m, F):
         start_holding(p)
-        p.seen = p.wild = p.moves = 0
+        p.seen = p.wild = p.moves = p.pauses = 0
         p.last_error = math.inf
     if p.moving == 0:
         if watch(inner, sample):
@@ -145,6 +163,8 @@ def _step(
             if s.outcome == MOVING:
                 if not _moves(p, s, own, abs(s.error)):
                     exact_kernels.plan(s, own)
+                    if s.phase != PULSING and own.reason != HELD_FAST and p.pauses < _PAUSES:
+                        _pause(p, s)
                     return vector, emit(s)
                 start_move(p, s.rest, s.target, own.values, own.covariance)
         if p.moving == 0:
@@ -190,7 +210,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     effort first and a planned braking. Mass, friction and delay are learned during the move
     (`stickslip.control.precise.learning`), and the feedback plans each sample with them. The pulses
     of an `ExactPulseController` begin with what it has learned, and correct what is left. An axis
-    that is pushed from its rest is held, and moves to the target again.
+    that is pushed from its rest is held, and moves to the target again. Where pulses have not
+    helped, it waits for what may swing on the axis, 0.3 s and then 0.6 s, and tries again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
 
@@ -314,7 +335,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         inner = self.pulses.retargeted(state[SIZE:], target)
         vector = np.concatenate([state[:SIZE], inner])
         p = own_fields(vector)
-        p.moves, p.last_error, p.wild = 0, inf, 0
+        p.moves, p.last_error, p.wild, p.pauses = 0, inf, 0, 0
         if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest

@@ -55,6 +55,7 @@ OWN_DTYPE = np.dtype(
         ("begun", "i8"),  # 1 after the first sample
         ("moves", "i8"),  # to this target
         ("last_error", "f8"),  # before the last one
+        ("pauses", "i8"),  # after pulses that did not help, to this target
         ("samples", "i8"),  # since it began
         ("longest", "i8"),  # samples after which it is ended
         ("start", "f8"),
