@@ -274,6 +274,17 @@ def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixtur
     assert "far away" in caplog.text
 
 
+def test_a_glitch_is_no_way_out_of_the_travel() -> None:
+    guard = guarded(pulses(), travel=(-0.05, 0.1), acceleration=1e6, speed=1e9)
+    state = guard.init()
+    for k, x in enumerate([0.0, 0.0, 0.2, 0.0, 0.0]):
+        state, _ = guard.step(state, SensorSample(k * T, x, nan, nan, nan))
+    assert guard.why(state) is None
+    for k in range(5, 8):
+        state, _ = guard.step(state, SensorSample(k * T, 0.2, nan, nan, nan))
+    assert "travel" in str(guard.why(state))
+
+
 @pytest.mark.parametrize("value", [1e308, 1e200, inf])
 def test_values_that_no_sensor_shows_give_no_infinite_effort(value: float) -> None:
     guard = guarded(pid())

@@ -327,6 +327,20 @@ def test_words_in_brackets_need_no_unit(file):
     check(read_log(file(header, [TIME, q, 0 * q, dq, tau])), 0)
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        ["Zeit in ms", "Winkel [°]", "Drehzahl / U/min", "Drehmoment [mNm]"],
+        ["temps (ms)", "position (deg)", "vitesse (tr/min)", "couple (mN.m)"],
+        ["tempo [ms]", "posizione [deg]", "velocita [1/min]", "coppia [mNm]"],
+    ],
+)
+def test_headers_in_other_languages(file, header):
+    q, dq, tau = motion(0)
+    columns = [TIME * 1e3, np.rad2deg(q), dq * 60 / TURN, tau * 1e3]
+    check(read_log(file(header, columns, delimiter=";")), 0)
+
+
 def test_the_name_of_an_axis_in_brackets(file):
     one, two = motion(0), motion(1)
     header = ["time_s", "angle (elbow)", "torque (elbow)", "angle (wrist)", "torque (wrist)"]

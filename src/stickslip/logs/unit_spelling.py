@@ -106,11 +106,13 @@ _WORDED_TORQUE = re.compile(r"(?<!\w)newtons?[ _*-]met(?:er|re)s?(?!\w)", re.IGN
 _AS_FORCE = MappingProxyType(
     {"oz": "ozf", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "kg": "kgf", "g": "gf"}
 )
+_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?) ?(?P<unit>[^\W\d]|[%°])")
+_INVERSE = re.compile(r"[ .·*](s|min)(?:\^?-1|⁻¹)")
 _RMS = re.compile(r"(?<=A)[ _](?:rms|RMS|pk|eff)$")
 _WORD = re.compile(r"[^\W\d_]+|[%°]")
-_BUILT = re.compile(r"(?:[^\W\d_]|[%° .*·/()²-]|\^-?[1-9]|(?<=\w)-[1-9])+")
+_BUILT = re.compile(r"(?:[^\W\d_]|[%° .*·/()²⁻¹-]|\^-?[1-9]|(?<=\w)-[1-9])+")
 _BRACKETS = re.compile(r"\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\)")
-_DIN = re.compile(r"(?P<name>.*\S)(?: / | in |, ?|: )(?P<unit>[^,:]+)")
+_DIN = re.compile(r"(?P<name>.*\S)(?: / | in |, ?|: )(?P<unit>[^,:()]+|\([^()]*\))")
 _PER = r"(?:(?:_per_|_?/|_)(?:s|sec|secs|second|seconds|min|minute)2?)?"
 _LONG = (
     r"ms|us|ns|[mun]?secs?|seconds|milliseconds|microseconds|nanoseconds|mm|cm|um|microns?|"
@@ -124,7 +126,7 @@ _LETTER = re.compile(r"(?P<name>[^\W\d_])/(?P<unit>[^/]+)")  # t/s, but not join
 _CAMEL = r"Deg|Degrees|Rad|Radians|Rpm|RPM|Mm|Nm|mNm|Ms|Us|Rev|Revs|Turns|Counts|mA|Amps|Percent"
 _SUFFIXED = re.compile(
     rf".*?(?:[^\W_]\)?[_. -](?P<unit>(?:{_LONG}){_PER}|m{_PER[:-1]})"
-    rf"|[a-z](?P<camel>{_CAMEL})|[^\W\d_]{{3}}_(?P<letter>[smNA]))"
+    rf"|[a-z](?P<camel>{_CAMEL})|[^\W\d_]{{3}}_(?P<letter>[smNA]))|t_(?P<second>s)"
 )
 _IN_CAMEL = MappingProxyType({"Mm": "mm", "Ms": "ms", "Us": "us"})
 _TORQUES = re.compile(r"torq|trq|tau|moment|effort|kraft", re.IGNORECASE)
@@ -136,7 +138,7 @@ def is_unit(text: str) -> bool:
     >>> is_unit("deg/s"), is_unit("(N.mm)"), is_unit("elbow")
     (True, True, False)
     """
-    text = text.strip().strip("[]()").strip()
+    _, text = number_in(text.strip().strip("[]()").strip())
     if text in {"-", "1"} or text in _WHOLE:
         return True
     bare = _WORDED_TORQUE.sub("N", _TORQUE.sub("N", _RMS.sub("", text)))
@@ -180,6 +182,16 @@ def texts_beside(title: str) -> list[str]:
     return [*found, behind["unit"]] if behind else found
 
 
+def number_in(unit: str) -> tuple[float, str]:
+    """Split a unit into the number before it, 1 if there is none, and the rest.
+
+    >>> number_in("0.1 Nm"), number_in("1/min")
+    ((0.1, 'Nm'), (1.0, '1/min'))
+    """
+    match = _NUMBER.match(unit)
+    return (float(match["number"]), unit[match.start("unit") :]) if match else (1.0, unit)
+
+
 def is_worded_unit(word: str) -> bool:
     """Return whether a word of a name is a unit whatever stands around it.
 
@@ -200,7 +212,8 @@ def for_unit_library(unit: str) -> str:
     unit = unit.strip()
     if unit in _WHOLE:
         return _WHOLE[unit]
-    spelled = _RMS.sub("", unit).replace("_per_", "/").replace("²", "^2")
+    spelled = _INVERSE.sub(r"/\1", _RMS.sub("", unit))
+    spelled = spelled.replace("_per_", "/").replace("²", "^2")
     spelled = _WORDED_TORQUE.sub("(N*m)", _TORQUE.sub(_torque, spelled))
     spelled = spelled.replace("_", "/").replace("·", "*")
     return _WORD.sub(lambda word: _read_as(word[0]) or word[0], spelled)
@@ -214,6 +227,18 @@ def _torque(match: re.Match[str]) -> str:
 def _read_as(word: str) -> str | None:
     """Return how the unit library is to read a word of a unit, None for one that is none."""
     return _READ_AS.get(word) or _OF_ANY_CASE.get(word.casefold())
+
+
+def _unit_among(text: str) -> str | None:
+    """Return the unit in a text in brackets, which may say more; None if there is none.
+
+    >>> _unit_among("measured, rad"), _unit_among("% rated"), _unit_among("joint 1")
+    ('rad', '%', None)
+    """
+    parts = [part.strip() for part in re.split("[,;]", text)]
+    words = text.split()
+    worded = [word for word in (*words[:1], *words[-1:]) if is_worded_unit(word)]
+    return next((part for part in parts if is_unit(part)), next(iter(worded), None))
 
 
 def _in_capitals(unit: str, title: str) -> str:
@@ -233,9 +258,10 @@ def _parts(header: str) -> tuple[str, str, str | None]:
         if not rest or inside.strip().isdigit():  # q[3] is an element of q
             continue
         behind = header[match.end() :].strip()
-        if (square is not None and not behind) or (inside.strip() and is_unit(inside)):
+        unit = _unit_among(inside)
+        if (square is not None and not behind) or unit is not None:
             name = f"{rest} {behind}" if behind else rest.removesuffix("/")
-            return name, name, inside.strip() or None
+            return name, name, unit or inside.strip() or None
     match = _DIN.fullmatch(header)
     if match and _WORD.search(match["unit"]) and is_unit(match["unit"]):
         return match["name"], match["name"], match["unit"].strip()
@@ -243,7 +269,7 @@ def _parts(header: str) -> tuple[str, str, str | None]:
     if match and is_unit(match["unit"]):
         return match["name"], match["name"], match["unit"]
     if match := _SUFFIXED.fullmatch(header):
-        group = next(each for each in ("unit", "camel", "letter") if match[each])
+        group = next(each for each in ("unit", "camel", "letter", "second") if match[each])
         title = header[: match.start(group)].rstrip("_. -")
         return header, title, _in_capitals(match[group], title)
     return header, header, None

@@ -5,7 +5,7 @@ import tokenize
 from functools import cache
 from typing import Any
 
-from stickslip.logs.unit_spelling import for_unit_library
+from stickslip.logs.unit_spelling import for_unit_library, number_in
 from stickslip.records import AxisKind, EffortUnit, InputError, unit_of
 
 _PLAUSIBLE = re.compile(r"(?:(?:[^\W\d_]++|\))(?:(?:\^|\*\*)-?[1-9](?!\d))?|1(?= ?/)|[%*/( ])++")
@@ -22,7 +22,7 @@ def quantity_of(channel: str) -> str:
 
 def effort_unit(unit: str) -> EffortUnit:
     """Return ampere or percent for an effort in such a unit, and nothing for another one."""
-    if for_unit_library(unit) == "percent":
+    if for_unit_library(number_in(unit)[1]) == "percent":
         return "%"
     if unit in {unit_of("effort", "linear"), unit_of("effort", "rotary")}:
         return ""  # needs no unit library
@@ -71,7 +71,7 @@ def scale_to_si(channel: str, unit: str, kind: AxisKind) -> float:
     target = unit_of(quantity_of(channel), kind)
     own = effort_unit(unit) if channel == "effort" else ""
     if own:
-        return 1.0 if own == "%" else _factor(unit, "ampere") or 1.0
+        return number_in(unit)[0] if own == "%" else _factor(unit, "ampere") or 1.0
     factor = _factor(unit, target)
     if factor is None:
         raise _wrong_unit(channel, unit, [target])
@@ -99,7 +99,8 @@ def _factor(unit: str, target: str) -> float | None:
     if unit == target:
         return 1.0
     registry = _registry()
-    here = registry.Quantity(1.0, _parsed(unit)).to_root_units()
+    number, bare = number_in(unit.strip())
+    here = registry.Quantity(number, _parsed(bare)).to_root_units()
     there = registry.Quantity(1.0, _parsed(target)).to_root_units()
     return float(here.magnitude / there.magnitude) if here.units == there.units else None
 

@@ -18,10 +18,20 @@ def _set(words: str) -> frozenset[str]:
 
 
 _STRONG: Mapping[str, frozenset[str]] = {
-    "time": _set("time timestamp timestamps elapsed clock stamp secs seconds zeit datetime"),
-    "position": _set("position pos posn angle theta displacement qm lage lageistwert winkel"),
-    "velocity": _set("velocity vel velo speed omega dq qd qdot dx xdot drehzahl geschwindigkeit"),
-    "effort": _set("effort force torque torq tau trq moment drehmoment kraft"),
+    "time": _set(
+        "time timestamp timestamps elapsed clock stamp secs seconds zeit temps tempo tiempo "
+        "datetime"
+    ),
+    "position": _set(
+        "position pos posn angle theta displacement qm lage lageistwert winkel posizione posicion"
+    ),
+    "velocity": _set(
+        "velocity vel velo speed omega dq qd qdot dx xdot drehzahl geschwindigkeit "
+        "vitesse velocita velocidad"
+    ),
+    "effort": _set(
+        "effort force torque torq tau trq moment drehmoment kraft couple coppia forza fuerza"
+    ),
     "current": _set("current curr cur iq strom amps"),
 }
 """Words that name a quantity, by channel; a current is an effort."""
@@ -82,8 +92,10 @@ _PAIRS: Mapping[tuple[str, str], str] = {
 """Words that a name may hold in two pieces."""
 
 WORDS_OF_KIND: Mapping[AxisKind, frozenset[str]] = {
-    "linear": _set("force displacement kraft"),
-    "rotary": _set("torque torq tau trq drehmoment angle theta omega winkel drehzahl"),
+    "linear": _set("force displacement kraft forza fuerza"),
+    "rotary": _set(
+        "torque torq tau trq drehmoment couple coppia angle theta omega winkel drehzahl"
+    ),
 }
 """Words that are used of one kind of axis only."""
 
@@ -202,7 +214,7 @@ def _singular(word: str) -> str:
     single = {"velocities": "velocity", "states": "state"}.get(word)
     if single:
         return single
-    if word.endswith("s") and len(word) > 4:
+    if word.endswith("s") and len(word) > 4 and word not in _STRONG["time"]:  # temps
         stem = word[:-1]
         if any(stem in words for words in _STRONG.values()) or stem in (
             _NEUTRAL | _MEASURED | _COMMANDED | _EXCLUDED
