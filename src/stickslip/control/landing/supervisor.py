@@ -213,7 +213,12 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         pd: PD,
         notch: Notch | None = None,
     ) -> FeedbackController:
-        """Return feedback along a smooth reference, with friction compensated as estimated."""
+        """Return feedback along a smooth reference, with friction compensated as estimated.
+
+        A state of the estimator that is not finite begins anew.
+        """
+        if not np.isfinite(estimator_state).all():
+            estimator_state = self.estimator.init(sampling_time=self.sampling_time)
         return FeedbackController(
             sampling_time=self.sampling_time,
             pd=pd,

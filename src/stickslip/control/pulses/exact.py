@@ -1,7 +1,7 @@
 """Pulse control by the exact law, which learns the friction of both directions from each pulse."""
 
 from dataclasses import dataclass, replace
-from math import inf, log, sqrt
+from math import exp, inf, log, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
@@ -252,7 +252,8 @@ class ExactPulseController(PulseController):
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
         """Return mass and friction of either direction, offsets included [SI]."""
         own = at.own_fields(state)
-        values, static = np.exp(own.values).tolist(), own.breakaway.tolist()
+        # Not NumPy's exponential, whose last bit depends on the processor, unlike that of C
+        values, static = map(exp, own.values), own.breakaway.tolist()
         return dict(zip((*_LOGARITHMS, *_STATIC), (*values, *static), strict=True))
 
     def why(self, state: Float[np.ndarray, " s"]) -> str | None:
