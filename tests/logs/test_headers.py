@@ -292,6 +292,11 @@ def test_units_of_time_by_their_step(file, factor, offset, known):
         ("torque (oz-in)", "effort", 0.028349523125 * 9.80665 * 0.0254),
         ("torque_nm", "effort", 1.0),
         ("current (milliamps)", "effort", 1e-3),
+        ("torque_mN_m", "effort", 1e-3),
+        ("torque_Ncm", "effort", 1e-2),
+        ("torque_kgcm", "effort", 0.0980665),
+        ("POS_DEG", "measured_position", np.pi / 180),
+        ("angle_arcmin", "measured_position", np.pi / 10800),
     ],
 )
 def test_a_unit_is_converted_however_it_is_spelled(file, header, quantity, factor):
@@ -303,7 +308,14 @@ def test_a_unit_is_converted_however_it_is_spelled(file, header, quantity, facto
     np.testing.assert_allclose(getattr(log, quantity), factor * values, rtol=1e-9)
 
 
-@pytest.mark.parametrize("header", ["angle (wibble)", "angle / wibble", "angle, pu", "deg angle"])
+@pytest.mark.parametrize(
+    "header",
+    [
+        "angle (wibble)", "angle / wibble", "angle, pu", "deg angle", "angle (1/10 deg)",
+        "angle (deg x10)", "angle (0,1 deg)", "angle (10^-3 rad)", "angle (axis 2 deg)",
+        "angle_in", "angle_steps",
+    ],
+)  # fmt: skip
 def test_a_text_that_may_be_a_unit_is_not_passed_over(file, header):
     q, dq, tau = motion(0)
     path = file(["time_s", header, "vel", "torque"], [TIME, q, dq, tau])
@@ -313,6 +325,38 @@ def test_a_text_that_may_be_a_unit_is_not_passed_over(file, header):
         read_log(path)
     assert caught.value.code == "unit_unread"
     check(read_log(path, LogSchema(units={"position": "rad"})), 0)
+
+
+@pytest.mark.parametrize("header", ["current (A/10)", "current (dA)", "torque (N/10)"])
+def test_a_factor_of_an_effort_is_not_passed_over(file, header):
+    q, dq, tau = motion(0)
+    with pytest.raises(InputError) as caught:
+        read_log(file(["time_s", "angle", "vel", header], [TIME, q, dq, tau]))
+    assert caught.value.code == "unit_unread"
+
+
+def test_a_factor_before_a_unit(file):
+    q, dq, tau = motion(0)
+    header = ["time_s", "angle [1e-3 rad]", "vel", "torque (0.1 Nm)"]
+    check(read_log(file(header, [TIME, 1e3 * q, dq, 10.0 * tau])), 0)
+
+
+def test_a_unit_alone_names_time_and_current(file):
+    q, dq, tau = motion(0)
+    check(read_log(file(["seconds", "angle", "vel", "motor_amps"], [TIME, q, dq, tau]),
+                   LogSchema(torque_constant=1.0)), 0)  # fmt: skip
+
+
+@pytest.mark.parametrize(("step", "count", "known"), [(0.1, 200, True), (0.11, 100, False),
+                                                     (0.11, 99, True)])  # fmt: skip
+def test_steps_of_a_tenth_are_seconds(file, step, count, known):
+    q, _, tau = motion(0)
+    path = file(["t", "angle", "torque"], [1e4 + step * np.arange(count), q[:count], tau[:count]])
+    if known:
+        assert read_log(path).sampling_time == pytest.approx(step)
+    else:
+        with pytest.raises(InputError):
+            read_log(path)
 
 
 def test_words_in_brackets_need_no_unit(file):

@@ -101,7 +101,7 @@ def test_an_effort_may_be_a_current_or_a_percentage():
         assert scale_to_si("effort", "mA", kind) == 1e-3
         assert scale_to_si("effort", "%", kind) == 1.0
     assert kind_of_unit("effort", "mA") is None
-    assert [effort_unit(each) for each in ("mA", "Arms", "%", "N", "mNm", "V")] == [
+    assert [effort_unit(each) for each in ("mA", "amps", "pct", "N", "mNm", "V")] == [
         "A", "A", "%", "", "", ""
     ]  # fmt: skip
 

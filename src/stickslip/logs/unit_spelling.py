@@ -106,26 +106,46 @@ _WORDED_TORQUE = re.compile(r"(?<!\w)newtons?[ _*-]met(?:er|re)s?(?!\w)", re.IGN
 _AS_FORCE = MappingProxyType(
     {"oz": "ozf", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "kg": "kgf", "g": "gf"}
 )
-_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?) ?(?P<unit>[^\W\d]|[%°])")
+_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) ?(?P<unit>[^\W\d]|[%°])")
 _INVERSE = re.compile(r"[ .·*](s|min)(?:\^?-1|⁻¹)")
 _RMS = re.compile(r"(?<=A)[ _](?:rms|RMS|pk|eff)$")
 _WORD = re.compile(r"[^\W\d_]+|[%°]")
 _BUILT = re.compile(r"(?:[^\W\d_]|[%° .*·/()²⁻¹-]|\^-?[1-9]|(?<=\w)-[1-9])+")
 _BRACKETS = re.compile(r"\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\)")
 _DIN = re.compile(r"(?P<name>.*\S)(?: / | in |, ?|: )(?P<unit>[^,:()]+|\([^()]*\))")
-_PER = r"(?:(?:_per_|_?/|_)(?:s|sec|secs|second|seconds|min|minute)2?)?"
-_LONG = (
-    r"ms|us|ns|[mun]?secs?|seconds|milliseconds|microseconds|nanoseconds|mm|cm|um|microns?|"
-    r"(?:milli|centi)?met(?:er|re)s|inch|inches|deg|degrees?|m?rads?|radians?|revs?|revolutions?|"
-    r"rotations?|turns?|counts?|ticks|cnts?|kN|[mck]?Nm|Nmm|newtons?|newton_met(?:er|re)s?|N_m|"
-    r"m?nm|m[Aa]|m?[Aa]mps|m?Arms|milliamps|amperes?|rpm|RPM|krpm|rps|dps|lbf|"
-    r"(?:lbf?|ozf?)_(?:in|ft)|(?:in|ft)_lbf?|percent|pct|%"
+_RATE = r"(?:(?:_per_|_?/)(?:s|secs?|seconds?|min|minute)|_(?:s|secs?|seconds?))"
+_AMBIGUOUS = frozenset(
+    """
+    s m h N A V in min inc incr step steps pulse pulses grad cps mps kp gf rot rots ft feet foot
+    second hour hours hr minute minutes meter metre amp Amp volt volts count tick turn lbs
+    """.split()  # noqa: SIM905 - a list of words is read more easily
 )
-_SLASH = re.compile(rf"(?P<name>[^/]+)/(?P<unit>(?:{_LONG}){_PER})")
+"""Spellings that are words of names as well."""
+
+_SUFFIXES = frozenset(
+    form
+    for word in _READ_AS
+    if word not in _AMBIGUOUS and word[0].isalpha() and len(word) > 1
+    for form in (
+        (word, word.upper(), word.capitalize()) if word.casefold() in _OF_ANY_CASE else (word,)
+    )
+)
+_LONG = "|".join(
+    [
+        r"newton_met(?:er|re)s?|[mck]?N_m|m?nm|ma|(?:lbf?|ozf?)_(?:in|ft)|(?:in|ft)_lbf?|%",
+        *map(re.escape, sorted(_SUFFIXES, key=lambda word: (-len(word), word))),
+    ]
+)
+_SLASH = re.compile(rf"(?P<name>[^/]+)/(?P<unit>(?:{_LONG}){_RATE}?)")
 _LETTER = re.compile(r"(?P<name>[^\W\d_])/(?P<unit>[^/]+)")  # t/s, but not joint/h
-_CAMEL = r"Deg|Degrees|Rad|Radians|Rpm|RPM|Mm|Nm|mNm|Ms|Us|Rev|Revs|Turns|Counts|mA|Amps|Percent"
+_CAMEL = "|".join(
+    [
+        "RPM|Mm|Nm|mNm|Ms|Us|mA",
+        *sorted(word for word in _SUFFIXES if word[0].isupper() and word[1:].islower()),
+    ]
+)
 _SUFFIXED = re.compile(
-    rf".*?(?:[^\W_]\)?[_. -](?P<unit>(?:{_LONG}){_PER}|m{_PER[:-1]})"
+    rf".*?(?:[^\W_]\)?[_. -](?P<unit>(?:{_LONG}){_RATE}?|m{_RATE})"
     rf"|[a-z](?P<camel>{_CAMEL})|[^\W\d_]{{3}}_(?P<letter>[smNA]))|t_(?P<second>s)"
 )
 _IN_CAMEL = MappingProxyType({"Mm": "mm", "Ms": "ms", "Us": "us"})
@@ -198,13 +218,11 @@ def is_worded_unit(word: str) -> bool:
     >>> is_worded_unit("deg"), is_worded_unit("m"), is_worded_unit("step")
     (True, False, False)
     """
-    return any(
-        re.fullmatch(_LONG, each) for each in {word, word.lower() if len(word) > 2 else word}
-    )
+    return bool(re.fullmatch(_LONG, word))
 
 
 def for_unit_library(unit: str) -> str:
-    """Return a unit as the unit library reads it; a word that is not known here is left.
+    """Return a unit as the unit library reads it; unknown words are unchanged.
 
     >>> for_unit_library("N.mm"), for_unit_library("Degrees/sec"), for_unit_library("in-lb")
     ('(N*mm)', 'deg/s', '(lbf*inch)')
@@ -235,6 +253,10 @@ def _unit_among(text: str) -> str | None:
     >>> _unit_among("measured, rad"), _unit_among("% rated"), _unit_among("joint 1")
     ('rad', '%', None)
     """
+    if is_unit(text):
+        return text.strip()
+    if re.search(r"\d", text):  # a factor, an index, or both
+        return None
     parts = [part.strip() for part in re.split("[,;]", text)]
     words = text.split()
     worded = [word for word in (*words[:1], *words[-1:]) if is_worded_unit(word)]

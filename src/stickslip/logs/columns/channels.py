@@ -4,8 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from stickslip.logs.columns.discovery import discover
-from stickslip.logs.columns.words import Meaning, unread_unit
+from stickslip.logs.columns.words import Meaning, meaning, unread_unit
 from stickslip.logs.expressions import (
     Expression,
     Value,
@@ -113,17 +112,21 @@ def _with_unit(
 
 
 def _check_unread(table: Table, channel: str, column: str) -> None:
-    """Refuse a column whose header may state a unit that is not known, which no one replaced.
+    """Check that the header of a column has no unit that is not known.
 
-    A text in brackets that a position and an effort have is the name of an axis.
+    A text in brackets that a position and an effort share is the name of an axis, unless it is
+    that of values per unit.
     """
     text = unread_unit(table, column)
     if not text:
         return
     having = {
-        each.channel for each in discover(table).meanings if unread_unit(table, each.column) == text
+        meant.channel
+        for name, header in table.headers.items()
+        if text in header and unread_unit(table, name) == text
+        if (meant := meaning(table, name)) is not None
     }
-    if not {"position", "effort"} <= having:
+    if not {"position", "effort"} <= having or text.casefold().strip(".") in {"pu", "p.u"}:
         raise InputError(
             "unit_unread", where=table.label, channel=channel, column=column, text=text
         )

@@ -22,8 +22,11 @@ taken in the one unit that puts it there."""
 _SECONDS = 1.0
 """Steps up to this are seconds: nothing logs an axis every 1 us [s]."""
 
-_SHORT = 100
-"""Samples; a longer log with steps above the slowest sampling time may be in s or in ms."""
+_AMBIGUOUS = 100
+"""Fewest samples at which a step of 0.1 to 1 is ambiguous: it may be in s or in ms."""
+
+_ROUNDED = 1e-6
+"""Relative error of a step: differences of large stamps are not exact."""
 
 
 def unit_of_stamps(
@@ -42,7 +45,7 @@ def unit_of_stamps(
         if low <= float(stamps[0]) <= high:
             return factor, f"no unit is given; its size is that of {name}"
     step = float(np.median(np.abs(np.diff(stamps))))
-    if _SLOWEST < step <= _SECONDS and stamps.size >= _SHORT:
+    if _SLOWEST * (1.0 + _ROUNDED) < step <= _SECONDS and stamps.size >= _AMBIGUOUS:
         raise InputError(
             "time_unit_unknown", where=label, column=column, step=step, units=["s", "ms"]
         )

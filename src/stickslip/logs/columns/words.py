@@ -103,6 +103,9 @@ _VOCABULARY = frozenset[str]().union(
     *_STRONG.values(), *_WEAK.values(), _MEASURED, _COMMANDED, _EXCLUDED, _NEUTRAL, _QUALIFIERS,
     _NEUTRAL_OF_CURRENT, _NEUTRAL_OF_TIME, _set("load")
 )  # fmt: skip
+_UNIT_OR_WORD = _set("in ft inc incr step steps rot lb lbs")
+"""Words that are units at the end of a name, or parts of the name: nobody can tell."""
+
 _SEGMENT = re.compile(r"[/.]|->")
 _PIECE = re.compile(r"[^\W_]+")
 _WORD = re.compile(r"[^\W\d_]*[A-Z]{2,}(?![a-z])|[^\W\d_]?[^\W\dA-Z_]+|[A-Z]+|\d+")
@@ -133,6 +136,8 @@ def meaning(table: Table, column: str) -> Meaning | None:
     if every & _EXCLUDED:
         return None
     head, quantity = _head(segments)
+    if not head:  # the unit alone names the quantity, as in motor_amps
+        head, quantity = _head([words_in(table.headers[column].rpartition(":")[2])])
     if not head and "load" in every:  # as of servo drives that report their load
         head, quantity = "load", "effort"
     if not head:
@@ -175,17 +180,25 @@ def unread_unit(table: Table, column: str) -> str:
         return ""
     title = title_of(table.headers[column])
     for text in texts_beside(title):
-        words = words_in(text)
-        prose = " " in text.strip() and not any(map(is_unit, words))
-        if not prose and not all(map(_is_known, words)):
+        pieces = _PIECE.findall(text)
+        units = [each for each in re.findall(r"[^\W\d_]+|[%°]", text) if is_unit(each)]
+        computed = "/" in text or "*" in text
+        if any(len(each) > 1 or computed for each in units):
             return text.strip()
-    words = [word for word in _PIECE.findall(title) if is_worded_unit(word)]
-    return words[0] if words else ""
+        if " " not in text.strip() and not all(map(_is_known, pieces)):
+            return text.strip()
+    named = _STRONG["time"] | _STRONG["current"]
+    pieces = _PIECE.findall(title)
+    worded = [each for each in pieces if is_worded_unit(each) and each.lower() not in named]
+    last = [each for each in pieces[1:][-1:] if each.lower() in _UNIT_OR_WORD]
+    return next(iter((*worded, *last)), "")
 
 
-def _is_known(word: str) -> bool:
-    """Return whether a word names no unit: one of the vocabulary, or an axis."""
-    return word.isdigit() or word in _VOCABULARY or (len(word) == 1 and not is_unit(word))
+def _is_known(piece: str) -> bool:
+    """Return whether a piece in brackets names no unit: known words, a number, or an axis."""
+    if len(piece) == 1 or piece.isdigit() or piece.lower() in _VOCABULARY:
+        return True
+    return all(word.isdigit() or word in _VOCABULARY for word in words_in(piece))
 
 
 def _segments(header: str) -> list[list[str]]:
