@@ -3,8 +3,8 @@
 ``python -m studies.positioning_faults.safety --runs 100000``
 
 A run is unsafe if ``step`` raises an error, or if the effort is not finite or exceeds the limit.
-Faults of the axis and its channels are combined at random; in half of the runs samples hold what is
-no measurement, such as infinity, and times that stand still or run back.
+Faults of the axis and its channels are combined at random; in three quarters of the runs samples
+contain invalid values, such as infinity, and times that stand still or run back.
 """
 
 import argparse

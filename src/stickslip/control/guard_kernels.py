@@ -1,4 +1,7 @@
-"""Kernels of the guard: which samples are admitted, and which effort is released."""
+"""Kernels of the guard: which samples are admitted, and which effort is released.
+
+Times and values of samples are NaN or at most 1e12 in magnitude: products of them are finite.
+"""
 
 from typing import Any
 
@@ -75,8 +78,7 @@ STATE = np.dtype(
 fields = fields_at(STATE)
 SIZE = places(STATE)
 
-_LARGEST = 1e12  # [SI]: a greater time or value is no measurement
-_EARLIEST, _LATEST = 0.25, 20.0  # samples: a shorter or longer step of time is wrong
+EARLIEST, _LATEST = 0.25, 20.0  # samples: a shorter or longer step of time is wrong
 _FAST, _OUTSIDE = 3, 2  # samples above the speed limit, beyond the travel
 _MEMORY = 0.9  # of the mismatch
 _FREE_SAMPLES, _FREE_TIME = 25, 0.2  # samples and time [s] of acceleration without effort
@@ -91,12 +93,6 @@ _ALIKE = 8  # samples: a slow sensor may repeat some
 _CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
 _STANDS = 20  # samples without motion under an effort
 _HELD = 0.75  # of the effort limit: friction certainly holds no more
-
-
-@compiled(inline=True)
-def is_measured(value: float) -> bool:
-    """Return whether a time or a value is one that a sensor may show."""
-    return abs(value) <= _LARGEST  # False for NaN
 
 
 @compiled()
@@ -116,7 +112,7 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     g.fast = g.fast + 1 if abs(v) > g.speed + g.velocity_resolution + g.resolution / T else 0
     # Braking stops both masses: their mean speed counts
     whole = g.mass[0] + g.mass[1]
-    both = g.mass[1] > 0.0 and is_measured(v2)
+    both = g.mass[1] > 0.0 and np.isfinite(v2)
     mean = (g.mass[0] * v + g.mass[1] * v2) / whole if both else v
     sure = max(abs(mean) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
     stop = 0.5 * sure * sure / g.braking
@@ -191,7 +187,7 @@ def _reckon(g: Any, v: float, v2: float) -> None:
     """
     whole = g.mass[0] + g.mass[1]
     if g.alike[0] == 0:
-        g.momentum = g.mass[0] * v + g.mass[1] * (v2 if is_measured(v2) else v)
+        g.momentum = g.mass[0] * v + g.mass[1] * (v2 if np.isfinite(v2) else v)
         g.missed = 0.0
     elif _stands(g) and whole > 0.0:
         g.missed += g.momentum / whole * g.period
@@ -206,14 +202,14 @@ def admit(
 ) -> bool:
     """Take a sample in; return whether the controller may see it."""
     g = fields(guard)
-    gap = not is_measured(time)
+    gap = not np.isfinite(time)
     for k in range(4):
         value = x if k == 0 else v if k == 1 else x2 if k == 2 else v2
-        g.missing[k] = 1 if g.needed[k] == 1 and not is_measured(value) else 0
+        g.missing[k] = 1 if g.needed[k] == 1 and not np.isfinite(value) else 0
         gap = gap or g.missing[k] == 1
     T = g.period
     dt = time - g.time if g.samples > 0 else T
-    if gap or not _EARLIEST * T < dt < _LATEST * T:
+    if gap or not EARLIEST * T < dt < _LATEST * T:
         if not gap and g.fault != 0:  # begin anew, to brake
             g.time, g.samples = time, 0
         return _lose(g, LOST)
@@ -221,7 +217,7 @@ def admit(
     repeats = _repeats(g, 1, x2, v2) or repeats
     if repeats and g.fault == 0:
         g.fault = FROZEN
-    measured = is_measured(v)
+    measured = np.isfinite(v)
     speed = v if measured else (x - g.x) / dt
     if g.samples == 0:
         speed = v if measured else 0.0

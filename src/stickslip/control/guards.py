@@ -52,6 +52,8 @@ _WHY = {
     at.FAILED: "the controller failed, and its error is in the log of the program",
 }
 
+_LARGEST = 1e12  # [SI]: a larger time, value or effort is not plausible
+
 # Defaults
 _MARGIN = 1.0  # travel beyond the task, over its longest move
 _FASTER = 1.5  # speed limit over the largest speed of a move
@@ -423,9 +425,9 @@ class GuardedController(PositionController[GuardedState]):
 
 
 def _number(value: Any) -> float:
-    """Return a number as a float; NaN for what no sensor shows."""
+    """Return a number as a float; NaN for what is none, or not plausible."""
     try:
         number = float(value)
-        return number if at.is_measured(number) else nan
     except (TypeError, ValueError, OverflowError):
         return nan
+    return number if abs(number) <= _LARGEST else nan

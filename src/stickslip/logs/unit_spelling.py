@@ -1,6 +1,7 @@
 """Units as the headers of logs spell them."""
 
 import re
+from functools import lru_cache
 from types import MappingProxyType
 
 _SPELLINGS = MappingProxyType(
@@ -149,7 +150,13 @@ _SUFFIXED = re.compile(
     rf"|[a-z](?P<camel>{_CAMEL})|[^\W\d_]{{3}}_(?P<letter>[smNA]))|t_(?P<second>s)"
 )
 _IN_CAMEL = MappingProxyType({"Mm": "mm", "Ms": "ms", "Us": "us"})
-_TORQUES = re.compile(r"torq|trq|tau|moment|effort|kraft", re.IGNORECASE)
+TORQUE_WORDS = frozenset(
+    ["torque", "torq", "tau", "trq", "moment", "drehmoment", "couple", "coppia"]
+)
+"""Words that name a torque, in lower case."""
+
+_WORDED = re.compile(_LONG)
+_OF_TORQUES = re.compile("|".join(sorted({*TORQUE_WORDS, "effort", "kraft"})), re.IGNORECASE)
 
 
 def is_unit(text: str) -> bool:
@@ -218,7 +225,7 @@ def is_worded_unit(word: str) -> bool:
     >>> is_worded_unit("deg"), is_worded_unit("m"), is_worded_unit("step")
     (True, False, False)
     """
-    return bool(re.fullmatch(_LONG, word))
+    return _WORDED.fullmatch(word) is not None
 
 
 def for_unit_library(unit: str) -> str:
@@ -265,11 +272,12 @@ def _unit_among(text: str) -> str | None:
 
 def _in_capitals(unit: str, title: str) -> str:
     """Return the unit at the end of a name, which may be spelled in the case of the name."""
-    if unit in {"nm", "mnm"} and _TORQUES.search(title):
+    if unit in {"nm", "mnm"} and _OF_TORQUES.search(title):
         return unit.replace("nm", "Nm")
     return _IN_CAMEL.get(unit, "mA" if unit == "ma" else unit)
 
 
+@lru_cache(maxsize=65536)  # the parts of a header are asked for when it is named and understood
 def _parts(header: str) -> tuple[str, str, str | None]:
     """Return the name of a column, its title without a unit, and the unit."""
     header = header.strip()

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.guard_kernels import EARLIEST
 from stickslip.control.landing.arm import LandingController
 from stickslip.control.landing.arm_belief import Swing
 from stickslip.control.landing.arm_plan import (
@@ -37,7 +38,6 @@ _SAMPLES = 1.5  # that an effort takes to show in a sample without a delay of th
 _UNKNOWN = 2.0  # samples of delay assumed before the first series
 _POLE_RESONANCES = 12.0  # double pole over the resonance of the free arm at most
 _INTEGRAL = 0.2  # pole of the integral over the double pole
-_STEP = 0.25  # samples: a shorter step of time is none
 _SETTLING = 3.0  # time constants of feedback after the last pulse
 
 # Correction
@@ -251,7 +251,7 @@ class TrackedLandingController(LandingController):
         arm = self._estimated_arm(state)
         w = sqrt(arm.stiffness / arm.mass_2)
         dt = sample.time - last.time
-        if dt < _STEP * self.sampling_time:  # a time that stands still shows nothing new
+        if dt < EARLIEST * self.sampling_time:  # no new information
             return sample._replace(
                 measured_load_position=last.measured_load_position,
                 measured_load_velocity=last.measured_load_velocity,

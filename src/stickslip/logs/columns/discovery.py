@@ -70,26 +70,28 @@ def discover(table: Table) -> Discovery:
 
 
 def _with_desired(table: Table, found: Sequence[Meaning]) -> list[Meaning]:
-    """Take a column for commanded if another one has its name but for a ``d``: it is desired.
+    """Mark columns as commanded whose name is that of another column plus a final ``d``: desired.
 
-    So q_d and tau_J_d beside q and tau_J; the d-axis of a current is another thing.
+    Examples are q_d and tau_J_d beside q and tau_J. The d of a current is that of the d-axis.
     """
     names = {words_of(header) for header in table.headers.values()}
+    marked: list[Meaning] = []
+    for each in found:
+        measured = _without_final_d(words_of(table.headers[each.column]))
+        if each.source == "" and not each.current and measured in names:
+            axis = " ".join(word for word in each.axis.split() if word != "d")
+            marked.append(replace(each, source="commanded", axis=axis))
+        else:
+            marked.append(each)
+    return marked
 
-    def desired(each: Meaning) -> bool:
-        words = words_of(table.headers[each.column])
-        last = max((k for k, word in enumerate(words) if not word.isdigit()), default=0)
-        return (
-            bool(last) and words[last] == "d" and not each.current and each.source == ""
-            and (*words[:last], *words[last + 1 :]) in names
-        )  # fmt: skip
 
-    return [
-        replace(each, source="commanded", axis=" ".join(w for w in each.axis.split() if w != "d"))
-        if desired(each)
-        else each
-        for each in found
-    ]
+def _without_final_d(words: tuple[str, ...]) -> tuple[str, ...] | None:
+    """Return the words of a name without a final ``d``, which numbers may follow; None without."""
+    last = next((k for k in reversed(range(1, len(words))) if not words[k].isdigit()), None)
+    if last is None or words[last] != "d":
+        return None
+    return (*words[:last], *words[last + 1 :])
 
 
 def _most_direct(found: list[Meaning]) -> list[Meaning]:

@@ -6,7 +6,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stickslip.logs.table import Table
-from stickslip.logs.unit_spelling import is_unit, is_worded_unit, texts_beside, title_of
+from stickslip.logs.unit_spelling import (
+    TORQUE_WORDS,
+    is_unit,
+    is_worded_unit,
+    texts_beside,
+    title_of,
+)
 from stickslip.logs.units import effort_unit, measures
 from stickslip.records import AxisKind
 
@@ -29,9 +35,7 @@ _STRONG: Mapping[str, frozenset[str]] = {
         "velocity vel velo speed omega dq qd qdot dx xdot drehzahl geschwindigkeit "
         "vitesse velocita velocidad"
     ),
-    "effort": _set(
-        "effort force torque torq tau trq moment drehmoment kraft couple coppia forza fuerza"
-    ),
+    "effort": TORQUE_WORDS | _set("effort force kraft forza fuerza"),
     "current": _set("current curr cur iq strom amps"),
 }
 """Words that name a quantity, by channel; a current is an effort."""
