@@ -1,11 +1,14 @@
 """HDF5, TDMS, MDF, LeRobot and the objects of MATLAB beyond equal columns."""
 
+import gc
 import json
+import tempfile
 
 import h5py
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from asammdf.blocks.utils import MdfException
 from matlab_files import write_matlab_73
 from measurement_files import (
     ROTATION,
@@ -77,6 +80,25 @@ def test_channels_of_mdf_have_units_and_a_group(columns, tmp_path):
     assert table.units == {"position": "mm", "time": "s"}
     assert table.group_of("effort").time == "time"
     assert table.origins["effort"] == "stage"
+
+
+@pytest.mark.parametrize(
+    ("name", "unfinished"), [("arm.mf4", False), ("arm.mf4", True), ("arm.mdf", False)]
+)
+def test_a_refused_mdf_leaves_no_temporary_file(columns, tmp_path, monkeypatch, name, unfinished):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    path = tmp_path / name
+    write_mdf(path, columns)
+    content = bytearray(path.read_bytes())
+    content[60] = unfinished  # the first of the standard flags of an unfinished log
+    content[64:] = bytes(len(content) - 64)
+    path.write_bytes(content)
+    with pytest.raises(MdfException):
+        read(path)
+    gc.collect()  # an object that is left half made would complain here, which fails a test
+    assert not list(temporary.iterdir())
 
 
 def test_rotations_of_sysid_are_multiplied_and_tests_sorted_by_time(columns, tmp_path):

@@ -1,13 +1,18 @@
 """Measurement files of test benches as columns: TDMS of LabVIEW, and ASAM MDF."""
 
-from collections.abc import Sequence
+import traceback
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.logs.table import Column, RateGroup, Table, name_columns
 from stickslip.records import InputError, MissingExtraError
+
+if TYPE_CHECKING:
+    from asammdf import MDF
 
 _NUMERIC = "biuf"
 
@@ -89,19 +94,38 @@ def _floats(values: np.ndarray) -> Column:
     return np.array(values, dtype=np.float64)
 
 
-def read_mdf(path: Path) -> Table:
-    """Read the numeric channels of an MDF file, in physical units, with the time of their group."""
+@contextmanager
+def _opened_mdf(path: Path) -> Generator["MDF"]:
+    """Open an MDF file; where asammdf refuses it, close and delete what asammdf leaves.
+
+    A refusal leaves a temporary file open, and of an unfinished log a copy in the temporary folder.
+    """
     try:
         from asammdf import MDF
     except ImportError:
         raise MissingExtraError(f"{path.name} is an MDF file; reading it", extra="mdf") from None
+    try:
+        file = MDF(path)
+    except Exception as error:
+        for frame, _ in traceback.walk_tb(error.__traceback__):
+            refused: Any = frame.f_locals.get("self")
+            if hasattr(refused, "_tempfile"):
+                refused._file = None  # closed already, and in part deleted
+                with suppress(Exception):
+                    refused.close()
+        raise
+    with file:
+        yield file
 
+
+def read_mdf(path: Path) -> Table:
+    """Read the numeric channels of an MDF file, in physical units, with the time of their group."""
     titles: list[str] = []
     places: list[tuple[int, int | None]] = []  # group, and channel or None for its time
     members: list[list[int]] = []
     sources: list[str] = []
     units: list[str] = []
-    with MDF(path) as file:
+    with _opened_mdf(path) as file:
         for number, group in enumerate(file.groups):
             master = file.masters_db.get(number)
             own: list[int] = []
@@ -133,7 +157,7 @@ def read_mdf(path: Path) -> Table:
 
     def load(wanted: Sequence[str]) -> dict[str, Column]:
         loaded: dict[str, Column] = {}
-        with MDF(path) as file:
+        with _opened_mdf(path) as file:
             for name in wanted:
                 group, index = located[name]
                 if index is None:
