@@ -95,6 +95,7 @@ _SMALL = 0.1  # of the Coulomb friction: viscous friction that hardly counts
 _MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
 _NEAR_LONGER = 10.0  # of the next pulse's width where the law does not hold but gives the direction
 _EXPLAINED = 0.5  # of that mean square is left, or less, where it is right to widen the prior
+_FARTHEST = 5.0  # standard deviations that a short pulse may move what moves have taught
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
 _ROUGH = 0.05  # of displacement and friction, of an axis that does not follow the law along the way
@@ -288,6 +289,17 @@ def _in_motion(s: Any, own: Any) -> int:
 
 
 @compiled()
+def _farthest(own: Any, value: Vector) -> float:
+    """Return the largest change of a parameter, in its standard deviations before."""
+    most = 0.0
+    for a in range(PARAMETERS):
+        walk = own.walk if a >= COULOMB else 0.0
+        variance = own.covariance[a, a] + walk
+        most = max(most, abs(value[a] - own.values[a]) / math.sqrt(variance))
+    return most
+
+
+@compiled()
 def _fit(s: Any, own: Any) -> None:
     """Replace mean and covariance of the parameters by those after the last pulse."""
     side, _, t = _last_pulse(s, own)
@@ -317,7 +329,11 @@ def _fit(s: Any, own: Any) -> None:
                 value[:], Q[:] = wider, wider_Q
             if misfit <= _UNEXPLAINED:
                 break
-        if own.taught and misfit > _UNEXPLAINED:
+    if own.taught:
+        few = _in_motion(s, own) < _MOVING
+        if few and _farthest(own, value) > _FARTHEST:
+            misfit = math.inf
+        if misfit == math.inf or (misfit > _UNEXPLAINED and not few):
             # A law that does not hold along the way may hold for all of it
             at[:] = prior
             P[:] = own.covariance
