@@ -13,6 +13,7 @@ from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stoppin
 
 _ITERATIONS = 60
 _CONVERGED = 4e-16  # relative step: about two units in the last place
+_NEAR = 1e-9  # relative error of an effort behind a lag
 
 
 @compiled(inline=True)
@@ -94,4 +95,70 @@ def effort_for(m: float, F: float, c: float, d: float, t: float) -> float:
         f -= step
         if abs(step) <= _CONVERGED * f:
             break
+    return f
+
+
+@compiled()
+def behind_lag(F: float, f: float, t: float, lag: float) -> tuple[float, float, float]:
+    """Return effort, width and start of the pulse that does the same without the lag.
+
+    The effort has risen to F after t_0. From there on it is f - (f - F) exp(-s/lag) until the
+    pulse ends, at s = w, and u exp(-(s - w)/lag) after it. At rest the impulse I of the effort is F
+    times the time s: Newton's method finds it, from the right, as the difference of both is concave. With
+    the first moment M of the effort, the width is 2 M/I and the effort I over that.
+    """
+    if lag <= 0.0:
+        return f, t, 0.0
+    if f * -math.expm1(-t / lag) <= F:  # never above friction
+        return F, t, 0.0
+    start = -lag * math.log1p(-F / f)
+    w = t - start
+    left = math.exp(-w / lag)
+    u = f - (f - F) * left
+    impulse = f * w - (f - F) * lag * (1.0 - left)
+    s = (impulse + u * lag) / F
+    for _ in range(_ITERATIONS):
+        tail = u * math.exp(-(s - w) / lag)
+        step = (impulse + (u - tail) * lag - F * s) / (tail - F)
+        s -= step
+        if abs(step) <= _NEAR * s:
+            break
+    tail = math.exp(-(s - w) / lag)
+    moment = 0.5 * f * w * w - (f - F) * lag * (lag * (1.0 - left) - w * left)
+    moment += u * lag * (w + lag - (s + lag) * tail)
+    width = 2.0 * moment / (F * s)
+    return F * s / width, width, start
+
+
+@compiled()
+def lagging_displacement(m: float, F: float, c: float, f: float, t: float, lag: float) -> float:
+    """Return the displacement from rest to rest behind a lag, 0 for an effort that frees nothing."""
+    effort, width, _ = behind_lag(F, f, t, lag)
+    return pulse_displacement(m, F, c, effort, width) if effort > F else 0.0
+
+
+@compiled()
+def lagging_effort_for(
+    m: float, F: float, c: float, d: float, t: float, lag: float, limit: float
+) -> float:
+    """Return the effort that takes the mass by d > 0 behind a lag, or the limit if it does not.
+
+    Regula falsi (Illinois) between an effort that frees nothing and the limit.
+    """
+    if lag <= 0.0:
+        return min(effort_for(m, F, c, d, t), limit)
+    low, high = F / -math.expm1(-t / lag), limit
+    off_low, off_high = -d, lagging_displacement(m, F, c, high, t, lag) - d
+    if off_high <= 0.0:
+        return limit
+    f = high
+    for _ in range(_ITERATIONS):
+        f = (low * off_high - high * off_low) / (off_high - off_low)
+        off = lagging_displacement(m, F, c, f, t, lag) - d
+        if abs(off) <= _NEAR * d:
+            break
+        if off > 0.0:
+            high, off_high, off_low = f, off, 0.5 * off_low
+        else:
+            low, off_low, off_high = f, off, 0.5 * off_high
     return f

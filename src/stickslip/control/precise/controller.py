@@ -113,7 +113,7 @@ def _ended(p: Any, s: Any, own: Any) -> None:
             own.moved_at[each] = min(own.moved_at[each], sure)
         p.known = 1 if p.known or at.certain(p) else 0
         p.delay, p.lag = at.delay_of(p.best), at.lag_of(p.best)
-        s.delay = p.delay + p.lag
+        s.delay, own.lag = p.delay + p.lag, p.lag * p.period
     own.taught = max(own.taught, p.seen)
     if p.known:
         _hasten(p, s, own)

@@ -44,9 +44,10 @@ from stickslip.compiled import compiled
 from stickslip.control.pulses.kernel import OWN, add_level, fire, stop, whole_samples
 from stickslip.numerics.named_fields import fields_at
 from stickslip.planning.pulse_kernels import (
-    effort_for,
+    behind_lag,
+    lagging_displacement,
+    lagging_effort_for,
     position_along,
-    pulse_displacement,
     pulse_ends,
     width_for,
 )
@@ -74,6 +75,7 @@ OWN_DTYPE = np.dtype(
         ("fruitless", "i8"),  # pulses since then
         ("reason", "i8"),  # why no pulse is fired any more
         ("more", "f8"),  # samples of the shortest pulse beyond one, where shorter ones free nothing
+        ("lag", "f8"),  # of the effort behind the command
         ("taught", "i8"),  # 1 if something else than pulses has taught it
         ("allowed", "f8"),  # most samples of the next pulse
         ("values", "f8", (PARAMETERS,)),
@@ -95,10 +97,11 @@ _SMALL = 0.1  # of the Coulomb friction: viscous friction that hardly counts
 _MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
 _NEAR_LONGER = 10.0  # of the next pulse's width where the law does not hold but gives the direction
 _EXPLAINED = 0.5  # of that mean square is left, or less, where it is right to widen the prior
-_FARTHEST = 5.0  # standard deviations that a short pulse may move what moves have taught
+_FARTHEST = 3.0  # standard deviations that a short pulse may move what moves have taught
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
 _ROUGH = 0.05  # of displacement and friction, of an axis that does not follow the law along the way
+_ALONG_LAG = 0.02  # of the displacement: the pulse that stands for a lagging one, on the way
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
@@ -123,13 +126,15 @@ Matrix = Float[np.ndarray, "p p"]
 
 
 @compiled()
-def _slopes(m: float, F: float, c: float, f: float, t: float) -> tuple[float, float, float, float]:
+def _slopes(
+    m: float, F: float, c: float, f: float, t: float, lag: float
+) -> tuple[float, float, float, float]:
     """Return the displacement from rest to rest and its slopes by log m, log F and log c."""
     up = 1.0 + _DIFFERENCE
-    d = pulse_displacement(m, F, c, f, t)
-    by_m = pulse_displacement(m * up, F, c, f, t)
-    by_f = pulse_displacement(m, F * up, c, f, t)
-    by_c = pulse_displacement(m, F, c * up, f, t)
+    d = lagging_displacement(m, F, c, f, t, lag)
+    by_m = lagging_displacement(m * up, F, c, f, t, lag)
+    by_f = lagging_displacement(m, F * up, c, f, t, lag)
+    by_c = lagging_displacement(m, F, c * up, f, t, lag)
     return d, (by_m - d) / _DIFFERENCE, (by_f - d) / _DIFFERENCE, (by_c - d) / _DIFFERENCE
 
 
@@ -183,21 +188,27 @@ def _posterior(
     achieved = sign * s.last.achieved
     start = s.rest - s.last.achieved
     coarse = (max(_FINEST, rough) * achieved) ** 2
+    on_way = (_ALONG_LAG * achieved) ** 2 if own.lag > 0.0 else 0.0
     count, total = (1 if rough > 0.0 else s.position_count), 0.0
-    u, up, row = abs(f), 1.0 + _DIFFERENCE, np.empty(4)
-    ends, ends_m = pulse_ends(m, F, c, u, t), pulse_ends(m * up, F, c, u, t)
-    ends_f, ends_c = pulse_ends(m, F * up, c, u, t), pulse_ends(m, F, c * up, u, t)
+    up, row = 1.0 + _DIFFERENCE, np.empty(4)
+    u, w, start_time = behind_lag(F, abs(f), t, own.lag)
+    u_f, w_f, start_f = behind_lag(F * up, abs(f), t, own.lag)
+    ends, ends_m = pulse_ends(m, F, c, u, w), pulse_ends(m * up, F, c, u, w)
+    ends_f, ends_c = pulse_ends(m, F * up, c, u_f, w_f), pulse_ends(m, F, c * up, u, w)
+    delay = s.delay * own.period - own.lag
     for k in range(1, count + 1):
         last = k == count
-        tau = math.inf if last else max(k * s.stride - s.delay, 0.0) * own.period
-        x = position_along(m, F, c, u, t, tau, ends)
+        time = math.inf if last else k * s.stride * own.period - delay
+        tau, tau_f = max(time - start_time, 0.0), max(time - start_f, 0.0)
+        x = position_along(m, F, c, u, w, tau, ends)
         row[0] = x
-        row[1] = (position_along(m * up, F, c, u, t, tau, ends_m) - x) / _DIFFERENCE
-        row[2] = (position_along(m, F * up, c, u, t, tau, ends_f) - x) / _DIFFERENCE
-        row[3] = (position_along(m, F, c * up, u, t, tau, ends_c) - x) / _DIFFERENCE
+        row[1] = (position_along(m * up, F, c, u, w, tau, ends_m) - x) / _DIFFERENCE
+        row[2] = (position_along(m, F * up, c, u_f, w_f, tau_f, ends_f) - x) / _DIFFERENCE
+        row[3] = (position_along(m, F, c * up, u, w, tau, ends_c) - x) / _DIFFERENCE
         y = achieved if last else sign * (s.positions[k] - start)
         sensor = own.rest_noise if last else own.noise
         R = own.rest_noise**2 + coarse + sensor**2 + (rough * row[2]) ** 2
+        R += 0.0 if last else on_way
         total += (y - row[0]) ** 2 / R
         _observe(value, Q, at, side, row, y, R * inflation)
     return total / count
@@ -212,6 +223,12 @@ def _largest_change(value: Vector, at: Vector) -> float:
 
 
 @compiled()
+def _peak(own: Any, f: float, t: float) -> float:
+    """Return the largest effort of a pulse behind the lag."""
+    return f if own.lag <= 0.0 else f * -math.expm1(-t / own.lag)
+
+
+@compiled()
 def _maximum(
     s: Any, own: Any, P: Matrix, at: Vector, rough: float, value: Vector, Q: Matrix
 ) -> float:
@@ -219,8 +236,8 @@ def _maximum(
 
     Returns the mean square of the normalised residuals there.
     """
-    side, f, _ = _last_pulse(s, own)
-    most = math.log(_STRONGEST * abs(f))
+    side, f, t = _last_pulse(s, own)
+    most = math.log(_STRONGEST * _peak(own, abs(f), t))
     at[COULOMB + side] = min(at[COULOMB + side], most)
     # Far from the prior the slopes there mislead: the observation gains its weight step by step
     inflation = misfit = _posterior(s, own, P, at, (1.0, rough), value, Q)
@@ -408,7 +425,9 @@ def _spread(own: Any, side: int, f: float, t: float, learned: bool) -> float:
     ``learned``: only what is left when all that can be learned is: the walk of the friction.
     """
     m, F, c = law_of(own, side)
-    d, by_m, by_f, by_c = _slopes(m, F, c, f, t)
+    d, by_m, by_f, by_c = _slopes(m, F, c, f, t, own.lag)
+    if d <= 0.0:  # frees nothing
+        return 0.0
     variance = by_f * by_f * own.walk
     if not learned:
         rows = (by_m, by_f, by_c)
@@ -417,6 +436,17 @@ def _spread(own: Any, side: int, f: float, t: float, learned: bool) -> float:
             for b in range(3):
                 variance += rows[a] * own.covariance[places[a], places[b]] * rows[b]
     return math.sqrt(max(variance, 0.0)) / d
+
+
+@compiled()
+def _reached(own: Any, m: float, F: float, c: float, n: float) -> float:
+    """Return how far n samples of the largest effort take the mass; infinite without a lag.
+
+    Without a lag the width in whole samples is known to suffice.
+    """
+    if own.lag <= 0.0:
+        return math.inf
+    return lagging_displacement(m, F, c, own.limit, n * own.period, own.lag)
 
 
 @compiled()
@@ -430,9 +460,11 @@ def pulse_for(own: Any, side: int, d: float) -> tuple[float, float]:
         return own.limit, min(own.more + 1.0, own.longest)
     n = max(whole_samples(width_for(m, F, c, d, own.limit), own.period), own.more + 1.0)
     longest = max(min(own.longest, own.allowed), 1.0)
+    while n <= longest and _reached(own, m, F, c, n) < d:
+        n += 1.0
     if n > longest:
         return own.limit, longest
-    return min(effort_for(m, F, c, d, n * own.period), own.limit), n
+    return lagging_effort_for(m, F, c, d, n * own.period, own.lag, own.limit), n
 
 
 @compiled()
@@ -470,11 +502,11 @@ def _overshoot(own: Any, side: int, error: float) -> tuple[float, float, float]:
         if f_back <= F_back or f_there <= F:  # not known yet: try
             break
         t = (n_back + least_n) * own.period
-        least = pulse_displacement(m_back, F_back, c_back, f_back, t)
-        most = pulse_displacement(m_back, F_back, c_back, own.limit, t)
+        least = lagging_displacement(m_back, F_back, c_back, f_back, t, own.lag)
+        most = lagging_displacement(m_back, F_back, c_back, own.limit, t, own.lag)
         f, n = pulse_for(own, side, error + min(_ROOM * least, 0.5 * (least + most)))
         f = max(f, f_there)
-        step = pulse_displacement(m, F, c, f, n * own.period) - error
+        step = lagging_displacement(m, F, c, f, n * own.period, own.lag) - error
         spread = _spread(own, back, f_back, t, True) * step
         if least <= step <= most:
             break
@@ -490,10 +522,12 @@ def _fire(s: Any, own: Any, side: int, f: float, n: float) -> None:
     """
     m, F, c = law_of(own, side)
     sign = 1.0 if side == 0 else -1.0
-    if f > F:
-        under_effort, _, _, d = pulse_ends(m, F, c, f, n * own.period)
-        fire(s, sign * d)
-        s.reach = under_effort + s.spread
+    u, w, start = behind_lag(F, f, n * own.period, own.lag)
+    if u > F:
+        ends = pulse_ends(m, F, c, u, w)
+        fire(s, sign * ends[3])
+        at_end = max(n * own.period - start, 0.0)
+        s.reach = position_along(m, F, c, u, w, at_end, ends) + s.spread
     else:
         fire(s, 0.0)
         s.reach = s.spread
