@@ -103,9 +103,9 @@ def behind_lag(F: float, f: float, t: float, lag: float) -> tuple[float, float, 
     """Return effort, width and start of the pulse that does the same without the lag.
 
     The effort has risen to F after t_0. From there on it is f - (f - F) exp(-s/lag) until the
-    pulse ends, at s = w, and u exp(-(s - w)/lag) after it. At rest the impulse I of the effort is F
-    times the time s: Newton's method finds it, from the right, as the difference of both is concave. With
-    the first moment M of the effort, the width is 2 M/I and the effort I over that.
+    pulse ends, at s = w, and u exp(-(s - w)/lag) after it. At rest the impulse I of the effort is
+    F s. Newton's method finds that time from the right, as I - F s is concave. With the first
+    moment M of the effort, the width is 2 M/I and the effort I over that.
     """
     if lag <= 0.0:
         return f, t, 0.0
@@ -132,7 +132,7 @@ def behind_lag(F: float, f: float, t: float, lag: float) -> tuple[float, float, 
 
 @compiled()
 def lagging_displacement(m: float, F: float, c: float, f: float, t: float, lag: float) -> float:
-    """Return the displacement from rest to rest behind a lag, 0 for an effort that frees nothing."""
+    """Return the displacement from rest to rest behind a lag; 0 if the effort stays below F."""
     effort, width, _ = behind_lag(F, f, t, lag)
     return pulse_displacement(m, F, c, effort, width) if effort > F else 0.0
 

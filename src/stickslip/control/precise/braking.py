@@ -16,6 +16,7 @@ _SAMPLES = 3  # the shortest braking
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
 _PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is under a load
+_HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
 _SURE = 0.1  # of a step is what the one before it has at least, where it is no glitch
 _GAIN = 0.3  # of the speed is taken away in a sample of a push
 _FOLLOWED = 0.5  # of a change of the push is believed in a sample
@@ -57,7 +58,8 @@ def pushed(p: Any, m: float, F: float) -> bool:
     """Return whether an axis that should rest runs away without becoming slower."""
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = p.past_count >= PAST and abs(new) >= abs(old) and old * new > _SURE * new * new
-    return faster and p.brakings < _PUSHES and _runs(p, m, F, new / p.period)
+    may = p.brakings < _PUSHES and p.holds < _HOLDS
+    return faster and may and _runs(p, m, F, new / p.period)
 
 
 @compiled()
@@ -72,6 +74,7 @@ def start_holding(p: Any) -> None:
     p.moving, p.push, p.speed, p.brake = HOLDING, 0.0, 0.0, 0.0
     p.brake_left, p.quiet = math.ceil(_LONGEST / p.period), 0
     p.brakings += 1
+    p.holds += 1
 
 
 @compiled()

@@ -29,6 +29,7 @@ from stickslip.control.pulses.kernel import (
     EXACT,
     MOVING,
     PULSING,
+    REACHED,
     blind_step,
     emit,
     head,
@@ -156,6 +157,7 @@ def _step(
     if p.moving == 0:
         if watch(inner, sample):
             p.brakings = 0
+            p.holds = 0 if s.outcome == REACHED else p.holds
             if s.fresh:
                 exact_kernels.learn(s, own)
                 if p.known:
@@ -335,7 +337,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         inner = self.pulses.retargeted(state[SIZE:], target)
         vector = np.concatenate([state[:SIZE], inner])
         p = own_fields(vector)
-        p.moves, p.last_error, p.wild, p.pauses = 0, inf, 0, 0
+        p.moves, p.last_error, p.wild, p.pauses, p.holds = 0, inf, 0, 0, 0
         if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest

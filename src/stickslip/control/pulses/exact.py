@@ -213,6 +213,7 @@ class ExactPulseController(PulseController):
         own.breakaway = [values[name] for name in _STATIC]
         own.held = [values[name] for name in _HELD]
         own.moved_at = [min(values[name], self.effort_limit) for name in _FREED]
+        own.share = 1.0, 1.0
         own.walk = values[_WALK] ** 2
         return state
 

@@ -75,6 +75,11 @@ OWN_DTYPE = np.dtype(
         ("fruitless", "i8"),  # pulses since then
         ("reason", "i8"),  # why no pulse is fired any more
         ("more", "f8"),  # samples of the shortest pulse beyond one, where shorter ones free nothing
+        (
+            "share",
+            "f8",
+            (2,),
+        ),  # of the displacement by the law that is achieved where it does not hold
         ("lag", "f8"),  # of the effort behind the command
         ("taught", "i8"),  # 1 if something else than pulses has taught it
         ("allowed", "f8"),  # most samples of the next pulse
@@ -94,10 +99,11 @@ _UNEXPLAINED = 9.0  # mean square of the normalised residuals beyond which a pri
 _WIDENING, _WIDENINGS = 100.0, 4  # of its variance, and so often at most
 _ROUNDED = 1e-12  # of a variance: none
 _SMALL = 0.1  # of the Coulomb friction: viscous friction that hardly counts
+_LEAST_SHARE, _SHARED = 0.5, 0.7  # least share, and the part of a deviation that it takes over
 _MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
 _NEAR_LONGER = 10.0  # of the next pulse's width where the law does not hold but gives the direction
 _EXPLAINED = 0.5  # of that mean square is left, or less, where it is right to widen the prior
-_FARTHEST = 3.0  # standard deviations that a short pulse may move what moves have taught
+_FARTHEST = 5.0  # standard deviations that a short pulse may move what moves have taught
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
 _ROUGH = 0.05  # of displacement and friction, of an axis that does not follow the law along the way
@@ -108,6 +114,7 @@ _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from 
 _STRONGER = 1.5  # times an effort that did not free the mass: the next
 _STRONG = 0.7  # of the effort limit: longer pulses follow, not stronger ones
 _WIDEST = 4.0  # samples, at which the fewest samples of a pulse end
+_LATER = 16  # most samples by which a lag makes a pulse longer
 _PATIENT, _BOLDER = 4, 3.0  # as many may fail; then the first guess is wrong by more than that
 _CLEAR = 4.0  # standard deviations of a position
 _MOVING = 8  # samples in motion that can contradict a prior of mass and friction
@@ -360,9 +367,14 @@ def _fit(s: Any, own: Any) -> None:
                 P[i, :] = 0.0
                 P[:, i] = 0.0
             _maximum(s, own, P, at, _ROUGH, value, Q)
+            achieved = max(s.last.achieved / s.last.predicted, _LEAST_SHARE)
+            share = own.share[side] * achieved**_SHARED
+            own.share[side] = min(max(share, _LEAST_SHARE), 1.0 / _LEAST_SHARE)
             for i in range(VISCOUS, n):
                 for j in range(VISCOUS, n):
                     Q[i, j] = own.covariance[i, j]
+    if misfit <= _UNEXPLAINED:
+        own.share[side] = 1.0
     ratio = s.last.predicted / s.last.achieved
     near = 1.0 / _MISSED < ratio < _MISSED
     longer = _NEAR_LONGER if near else _MISSED
@@ -456,11 +468,14 @@ def pulse_for(own: Any, side: int, d: float) -> tuple[float, float]:
     If that takes more than the longest pulse it is the longest one, at the effort limit.
     """
     m, F, c = law_of(own, side)
+    d /= own.share[side]
     if own.limit <= F:  # as far as is known nothing moves: try
         return own.limit, min(own.more + 1.0, own.longest)
     n = max(whole_samples(width_for(m, F, c, d, own.limit), own.period), own.more + 1.0)
     longest = max(min(own.longest, own.allowed), 1.0)
-    while n <= longest and _reached(own, m, F, c, n) < d:
+    for _ in range(_LATER):
+        if n > longest or _reached(own, m, F, c, n) >= d:
+            break
         n += 1.0
     if n > longest:
         return own.limit, longest
@@ -480,6 +495,7 @@ def _freeing_pulse(own: Any, side: int, d: float) -> tuple[float, float]:
     """Return a pulse that frees the mass by all that is known and moves it by d, or farther."""
     m, F, c = law_of(own, side)
     f = _freeing_effort(own, side)
+    d /= own.share[side]
     n = max(whole_samples(width_for(m, F, c, d, f), own.period) if f > F else 1.0, own.more + 1.0)
     return f, min(n, own.longest, own.allowed)
 
@@ -502,11 +518,11 @@ def _overshoot(own: Any, side: int, error: float) -> tuple[float, float, float]:
         if f_back <= F_back or f_there <= F:  # not known yet: try
             break
         t = (n_back + least_n) * own.period
-        least = lagging_displacement(m_back, F_back, c_back, f_back, t, own.lag)
-        most = lagging_displacement(m_back, F_back, c_back, own.limit, t, own.lag)
+        least = lagging_displacement(m_back, F_back, c_back, f_back, t, own.lag) * own.share[back]
+        most = lagging_displacement(m_back, F_back, c_back, own.limit, t, own.lag) * own.share[back]
         f, n = pulse_for(own, side, error + min(_ROOM * least, 0.5 * (least + most)))
         f = max(f, f_there)
-        step = lagging_displacement(m, F, c, f, n * own.period, own.lag) - error
+        step = lagging_displacement(m, F, c, f, n * own.period, own.lag) * own.share[side] - error
         spread = _spread(own, back, f_back, t, True) * step
         if least <= step <= most:
             break
@@ -525,9 +541,10 @@ def _fire(s: Any, own: Any, side: int, f: float, n: float) -> None:
     u, w, start = behind_lag(F, f, n * own.period, own.lag)
     if u > F:
         ends = pulse_ends(m, F, c, u, w)
-        fire(s, sign * ends[3])
+        fire(s, sign * ends[3] * own.share[side])
         at_end = max(n * own.period - start, 0.0)
-        s.reach = position_along(m, F, c, u, w, at_end, ends) + s.spread
+        under_effort = position_along(m, F, c, u, w, at_end, ends)
+        s.reach = under_effort * max(own.share[side], 1.0) + s.spread
     else:
         fire(s, 0.0)
         s.reach = s.spread

@@ -209,7 +209,8 @@ def pulses_module(window: int) -> Module:
             *(
                 f"learned.{each}"
                 for each in (
-                    *("walk", "breakaway", "held", "moved_at", "best", "half_error", "allowed"),
+                    *("walk", "breakaway", "held", "moved_at", "share"),
+                    *("best", "half_error", "allowed"),
                     *("values", "covariance"),
                 )
             ),
