@@ -69,9 +69,14 @@ def start_braking(p: Any) -> None:
 
 
 @compiled()
-def start_holding(p: Any) -> None:
-    """Act against a push from this sample on."""
-    p.moving, p.push, p.speed, p.brake = HOLDING, 0.0, 0.0, 0.0
+def start_holding(p: Any, m: float, rested: bool) -> None:
+    """Act against a push from this sample on.
+
+    The last two steps show its force, if the axis was at rest before: another one may swing.
+    """
+    change = p.past[0] - 2.0 * p.past[1] + p.past[2] if rested else 0.0
+    p.moving, p.push, p.brake = HOLDING, m * change / (p.period * p.period), 0.0
+    p.speed = _speed(p, m) - change / p.period if rested else 0.0
     p.brake_left, p.quiet = math.ceil(_LONGEST / p.period), 0
     p.brakings += 1
     p.holds += 1

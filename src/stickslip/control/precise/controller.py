@@ -30,6 +30,7 @@ from stickslip.control.pulses.kernel import (
     MOVING,
     PULSING,
     REACHED,
+    RESTING,
     blind_step,
     emit,
     head,
@@ -151,7 +152,7 @@ def _step(
     remember(p, x)
     m, F = math.exp(own.values[0]), math.exp(min(own.values[COULOMB], own.values[COULOMB + 1]))
     if p.moving == 0 and s.pending == 0 and pushed(p, m, F):
-        start_holding(p)
+        start_holding(p, m, s.phase == RESTING)
         p.seen = p.wild = p.moves = p.pauses = 0
         p.last_error = math.inf
     if p.moving == 0:
