@@ -17,6 +17,7 @@ _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
 _PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is under a load
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
+_TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where it is no glitch
 _GAIN = 0.3  # of the speed is taken away in a sample of a push
 _FOLLOWED = 0.5  # of a change of the push is believed in a sample
@@ -80,6 +81,7 @@ def start_holding(p: Any, m: float, rested: bool) -> None:
     p.brake_left, p.quiet = math.ceil(_LONGEST / p.period), 0
     p.brakings += 1
     p.holds += 1
+    p.turns = 0
 
 
 @compiled()
@@ -92,11 +94,12 @@ def hold(p: Any, m: float, F: float) -> float:
     p.push += _FOLLOWED * (m * (v - p.speed) / p.period - p.brake - p.push)
     p.speed = v
     p.brake_left -= 1
-    p.quiet = 0 if _runs(p, m, F, v) else p.quiet + 1
-    if p.brake_left <= 0 or p.quiet >= PAST:
+    p.quiet = 0 if _runs(p, m, F, v) or abs(p.push) > F else p.quiet + 1
+    u = -_GAIN * m * v / p.period - p.push
+    p.turns += 1 if u * p.brake < 0.0 and abs(u) > F else 0
+    if p.brake_left <= 0 or p.quiet >= PAST or p.turns > _TURNS:
         p.moving = 0
         return 0.0
-    u = -_GAIN * m * v / p.period - p.push
     p.brake = min(max(u, -p.limit), p.limit)
     return p.brake
 

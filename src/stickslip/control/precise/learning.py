@@ -79,6 +79,7 @@ OWN_DTYPE = np.dtype(
         ("past_count", "i8"),  # of them so far
         ("brakings", "i8"),  # since the axis was seen at rest
         ("holds", "i8"),  # since it was at rest at the target
+        ("turns", "i8"),  # of the effort against a push
         ("push", "f8"),  # force that acts beside the effort, as estimated
         ("speed", "f8"),  # velocity over the last samples
         ("brake", "f8"),  # effort of the present one
