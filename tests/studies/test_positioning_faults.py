@@ -63,6 +63,24 @@ def test_axes_with_mild_faults(name: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "ratio", "T"),
+    [
+        ("lag of the drive of 1 sample", 30.0, 0.01),
+        ("lag of 1 sample, load of 50 %", 3.0, 0.01),
+        ("delay of 5 samples", 30.0, 0.01),
+        ("resonance of the drive, 30 Hz", 10.0, 0.001),
+        ("push of 80 % of the limit", 10.0, 0.001),
+    ],
+)
+def test_the_default_controller_settles(name: str, ratio: float, T: float) -> None:
+    """Of 100 axes 99 and more settle, with the resonance 19 of 20."""
+    drawn = axes(6, 5, method="precise", sampling_time=T, ratio=ratio)
+    outcomes = [move_axis(axis, CASES[name]) for axis in drawn]
+    assert not any(outcome.raised or outcome.left for outcome in outcomes)
+    assert not any(np.isnan(outcome.settling[0]) for outcome in outcomes)
+
+
+@pytest.mark.parametrize(
     ("name", "reason"),
     [
         ("load of 160 % of friction", "load|travel"),

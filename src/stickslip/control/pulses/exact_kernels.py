@@ -82,6 +82,11 @@ OWN_DTYPE = np.dtype(
         ),  # of the displacement by the law that is achieved where it does not hold
         ("lag", "f8"),  # of the effort behind the command
         ("taught", "i8"),  # 1 if something else than pulses has taught it
+        (
+            "moved_with",
+            "f8",
+            (PARAMETERS,),
+        ),  # values that the last move has taught, or those before it
         ("allowed", "f8"),  # most samples of the next pulse
         ("values", "f8", (PARAMETERS,)),
         ("covariance", "f8", (PARAMETERS, PARAMETERS)),
@@ -99,6 +104,7 @@ _UNEXPLAINED = 9.0  # mean square of the normalised residuals beyond which a pri
 _WIDENING, _WIDENINGS = 100.0, 4  # of its variance, and so often at most
 _ROUNDED = 1e-12  # of a variance: none
 _SMALL = 0.1  # of the Coulomb friction: viscous friction that hardly counts
+_HEAVIER, _STICKIER = 1.5, 10.0  # factors of mass and friction from those that a move has taught
 _LEAST_SHARE, _SHARED = 0.5, 0.7  # least share, and the part of a deviation that it takes over
 _MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
 _NEAR_LONGER = 10.0  # of the next pulse's width where the law does not hold but gives the direction
@@ -324,6 +330,16 @@ def _farthest(own: Any, value: Vector) -> float:
 
 
 @compiled()
+def _beyond(own: Any, value: Vector) -> bool:
+    """Return whether a value is farther from what a move has taught than a pulse may contradict."""
+    for a in range(PARAMETERS):
+        most = _HEAVIER if a == 0 else _STICKIER
+        if abs(value[a] - own.moved_with[a]) > math.log(most):
+            return True
+    return False
+
+
+@compiled()
 def _fit(s: Any, own: Any) -> None:
     """Replace mean and covariance of the parameters by those after the last pulse."""
     side, _, t = _last_pulse(s, own)
@@ -355,7 +371,7 @@ def _fit(s: Any, own: Any) -> None:
                 break
     if own.taught:
         few = _in_motion(s, own) < _MOVING
-        if few and _farthest(own, value) > _FARTHEST:
+        if (few and _farthest(own, value) > _FARTHEST) or _beyond(own, value):
             misfit = math.inf
         if misfit == math.inf or (misfit > _UNEXPLAINED and not few):
             # A law that does not hold along the way may hold for all of it
@@ -367,6 +383,8 @@ def _fit(s: Any, own: Any) -> None:
                 P[i, :] = 0.0
                 P[:, i] = 0.0
             _maximum(s, own, P, at, _ROUGH, value, Q)
+            if _beyond(own, value):
+                value[:], Q[:] = prior, own.covariance
             achieved = max(s.last.achieved / s.last.predicted, _LEAST_SHARE)
             share = own.share[side] * achieved**_SHARED
             own.share[side] = min(max(share, _LEAST_SHARE), 1.0 / _LEAST_SHARE)
