@@ -80,6 +80,7 @@ SIZE = places(STATE)
 
 EARLIEST, _LATEST = 0.25, 20.0  # samples: a shorter or longer step of time is wrong
 _FAST, _OUTSIDE = 3, 2  # samples above the speed limit, beyond the travel
+_UNSEEN = 1.5  # times the braking, where mass 2 is not seen: mass 1 is faster than both on average
 _MEMORY = 0.9  # of the mismatch
 _FREE_SAMPLES, _FREE_TIME = 25, 0.2  # samples and time [s] of acceleration without effort
 _IDLE = 25  # samples at rest without effort that end a move
@@ -115,7 +116,8 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     both = g.mass[1] > 0.0 and np.isfinite(v2)
     mean = (g.mass[0] * v + g.mass[1] * v2) / whole if both else v
     sure = max(abs(mean) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
-    stop = 0.5 * sure * sure / g.braking
+    unseen = g.mass[1] > 0.0 and not both
+    stop = 0.5 * sure * sure / (g.braking * (_UNSEEN if unseen else 1.0))
     above = x > g.high or (mean > 0.0 and x + stop > g.high)
     below = x < g.low or (mean < 0.0 and x - stop < g.low)
     # Blocked: nearly the largest effort and no motion

@@ -349,11 +349,12 @@ class ArmPlans(Supervisor[LandingState]):
         reachable = [each for each in places if low <= each <= high]
         for times, place in product(self._longer, reachable):
             slowest = self._slowest(state, abs(place - swing.position))
-            each = replace(planner, slowest=slowest, longest=times * longest)
-            try:
-                return each.plan(swing.state(later), place)
-            except StickslipError as refusal:
-                why = why or str(refusal)
+            for least_speed in dict.fromkeys((slowest, PulseSeriesPlanner.slowest)):
+                each = replace(planner, slowest=least_speed, longest=times * longest)
+                try:
+                    return each.plan(swing.state(later), place)
+                except StickslipError as refusal:
+                    why = why or str(refusal)
         return why or "every place that a series could lead to is outside the travel"
 
     def _places(self, state: LandingState, swing: Swing, least: float) -> list[float]:

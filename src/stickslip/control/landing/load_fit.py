@@ -14,6 +14,7 @@ _DAMPING = 0.1  # of the damping of the spring and of mass 2, over sqrt(ks m2)
 _DRY = 0.2  # of the Coulomb friction of mass 2, over that of mass 1
 _SURE = 3.0  # standard deviations
 _FEWEST = 20  # rows of a fit
+_STICKS = 1e-2  # of the highest speed: slower, dry friction may hold mass 2
 _EXACT = 1e-6  # residual of a row over the largest force of the spring in it
 
 
@@ -62,7 +63,8 @@ class LoadFit:
         force = arm.stiffness * integrals(stretch, rate, T)
         way = np.sign(v2)
         # Not a row in which mass 2 turns or sticks
-        moves = np.abs(v2) > 4.0 * velocity_noise
+        speed = np.abs(v2)
+        moves = speed > max(4.0 * velocity_noise, _STICKS * float(speed.max()))
         used = moves[1:] & moves[:-1] & (way[1:] == way[:-1]) & np.isfinite(force)
         values = (m2 * np.diff(v2))[used]
         if len(values) < _FEWEST:

@@ -168,7 +168,7 @@ class TrackedLandingController(LandingController):
     'reached'
     """
 
-    _longer: ClassVar[tuple[float, ...]] = (1.0, 2.0)
+    _longer: ClassVar[tuple[float, ...]] = (1.0, 2.0, 4.0, 8.0)
 
     def init(self) -> TrackedState:
         """Return the state before the first sample."""
@@ -582,7 +582,7 @@ class TrackedLandingController(LandingController):
         drive = self._drive(state).after(self._estimated_arm(state), sent, seen, **settings)
         if state.computed or state.belief is not None:
             return {"drive": drive}
-        coulomb, _ = self._friction(state)
+        coulomb = max(drive.friction[0], LEAST_FRICTION * self.effort_limit)
         load = state.load.after(self.arm, seen, coulomb_friction=coulomb, **settings)
         return {"drive": drive, "load": load}
 

@@ -220,8 +220,8 @@ def _posterior(
         row[3] = (position_along(m, F, c * up, u, w, tau, ends_c) - x) / _DIFFERENCE
         y = achieved if last else sign * (s.positions[k] - start)
         sensor = own.rest_noise if last else own.noise
-        R = own.rest_noise**2 + coarse + sensor**2 + (rough * row[2]) ** 2
-        R += 0.0 if last else on_way
+        way = 0.0 if last else on_way
+        R = own.rest_noise**2 + coarse + sensor**2 + (rough * row[2]) ** 2 + way
         total += (y - row[0]) ** 2 / R
         _observe(value, Q, at, side, row, y, R * inflation)
     return total / count
