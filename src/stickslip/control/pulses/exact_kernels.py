@@ -331,10 +331,15 @@ def _farthest(own: Any, value: Vector) -> float:
 
 @compiled()
 def _beyond(own: Any, value: Vector) -> bool:
-    """Return whether a value is farther from what a move has taught than a pulse may contradict."""
+    """Return whether a value is farther from what a move has taught than a pulse may contradict.
+
+    Coulomb friction may be any larger: a move to one side may have said little of the other.
+    """
     for a in range(PARAMETERS):
-        most = _HEAVIER if a == 0 else _STICKIER
-        if abs(value[a] - own.moved_with[a]) > math.log(most):
+        most = math.log(_HEAVIER if a == 0 else _STICKIER)
+        change = value[a] - own.moved_with[a]
+        more = change > most and not COULOMB <= a < VISCOUS
+        if more or change < -most:
             return True
     return False
 
