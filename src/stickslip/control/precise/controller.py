@@ -117,7 +117,7 @@ def _ended(p: Any, s: Any, own: Any) -> None:
         p.delay, p.lag = at.delay_of(p.best), at.lag_of(p.best)
         s.delay, own.lag = p.delay + p.lag, p.lag * p.period
     if explained or own.taught == 0:
-        own.moved_with[:] = own.values
+        own.by_moves[:] = own.values
     own.taught = max(own.taught, p.seen)
     if p.known:
         _hasten(p, s, own)

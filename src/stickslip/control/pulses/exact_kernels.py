@@ -75,18 +75,10 @@ OWN_DTYPE = np.dtype(
         ("fruitless", "i8"),  # pulses since then
         ("reason", "i8"),  # why no pulse is fired any more
         ("more", "f8"),  # samples of the shortest pulse beyond one, where shorter ones free nothing
-        (
-            "share",
-            "f8",
-            (2,),
-        ),  # of the displacement by the law that is achieved where it does not hold
+        ("share", "f8", (2,)),  # achieved over predicted displacement, where the law fails
         ("lag", "f8"),  # of the effort behind the command
         ("taught", "i8"),  # 1 if something else than pulses has taught it
-        (
-            "moved_with",
-            "f8",
-            (PARAMETERS,),
-        ),  # values that the last move has taught, or those before it
+        ("by_moves", "f8", (PARAMETERS,)),  # values after the last move that the law explains
         ("allowed", "f8"),  # most samples of the next pulse
         ("values", "f8", (PARAMETERS,)),
         ("covariance", "f8", (PARAMETERS, PARAMETERS)),
@@ -204,15 +196,15 @@ def _posterior(
     on_way = (_ALONG_LAG * achieved) ** 2 if own.lag > 0.0 else 0.0
     count, total = (1 if rough > 0.0 else s.position_count), 0.0
     up, row = 1.0 + _DIFFERENCE, np.empty(4)
-    u, w, start_time = behind_lag(F, abs(f), t, own.lag)
-    u_f, w_f, start_f = behind_lag(F * up, abs(f), t, own.lag)
+    u, w, begin = behind_lag(F, abs(f), t, own.lag)
+    u_f, w_f, begin_f = behind_lag(F * up, abs(f), t, own.lag)
     ends, ends_m = pulse_ends(m, F, c, u, w), pulse_ends(m * up, F, c, u, w)
     ends_f, ends_c = pulse_ends(m, F * up, c, u_f, w_f), pulse_ends(m, F, c * up, u, w)
     delay = s.delay * own.period - own.lag
     for k in range(1, count + 1):
         last = k == count
         time = math.inf if last else k * s.stride * own.period - delay
-        tau, tau_f = max(time - start_time, 0.0), max(time - start_f, 0.0)
+        tau, tau_f = max(time - begin, 0.0), max(time - begin_f, 0.0)
         x = position_along(m, F, c, u, w, tau, ends)
         row[0] = x
         row[1] = (position_along(m * up, F, c, u, w, tau, ends_m) - x) / _DIFFERENCE
@@ -319,14 +311,13 @@ def _in_motion(s: Any, own: Any) -> int:
 
 
 @compiled()
-def _farthest(own: Any, value: Vector) -> float:
-    """Return the largest change of a parameter, in its standard deviations before."""
-    most = 0.0
+def _far(own: Any, value: Vector) -> bool:
+    """Return whether a parameter changes by many of its standard deviations."""
     for a in range(PARAMETERS):
-        walk = own.walk if a >= COULOMB else 0.0
-        variance = own.covariance[a, a] + walk
-        most = max(most, abs(value[a] - own.values[a]) / math.sqrt(variance))
-    return most
+        variance = own.covariance[a, a] + (own.walk if a >= COULOMB else 0.0)
+        if (value[a] - own.values[a]) ** 2 > _FARTHEST**2 * variance:
+            return True
+    return False
 
 
 @compiled()
@@ -337,7 +328,7 @@ def _beyond(own: Any, value: Vector) -> bool:
     """
     for a in range(PARAMETERS):
         most = math.log(_HEAVIER if a == 0 else _STICKIER)
-        change = value[a] - own.moved_with[a]
+        change = value[a] - own.by_moves[a]
         more = change > most and not COULOMB <= a < VISCOUS
         if more or change < -most:
             return True
@@ -376,7 +367,7 @@ def _fit(s: Any, own: Any) -> None:
                 break
     if own.taught:
         few = _in_motion(s, own) < _MOVING
-        if (few and _farthest(own, value) > _FARTHEST) or _beyond(own, value):
+        if (few and _far(own, value)) or _beyond(own, value):
             misfit = math.inf
         if misfit == math.inf or (misfit > _UNEXPLAINED and not few):
             # A law that does not hold along the way may hold for all of it
@@ -390,9 +381,10 @@ def _fit(s: Any, own: Any) -> None:
             _maximum(s, own, P, at, _ROUGH, value, Q)
             if _beyond(own, value):
                 value[:], Q[:] = prior, own.covariance
-            achieved = max(s.last.achieved / s.last.predicted, _LEAST_SHARE)
-            share = own.share[side] * achieved**_SHARED
-            own.share[side] = min(max(share, _LEAST_SHARE), 1.0 / _LEAST_SHARE)
+            if s.last.predicted != 0.0:
+                achieved = max(s.last.achieved / s.last.predicted, _LEAST_SHARE)
+                share = own.share[side] * achieved**_SHARED
+                own.share[side] = min(max(share, _LEAST_SHARE), 1.0 / _LEAST_SHARE)
             for i in range(VISCOUS, n):
                 for j in range(VISCOUS, n):
                     Q[i, j] = own.covariance[i, j]
