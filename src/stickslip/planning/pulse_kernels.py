@@ -98,6 +98,12 @@ def effort_for(m: float, F: float, c: float, d: float, t: float) -> float:
     return f
 
 
+@compiled(inline=True)
+def peak_behind_lag(f: float, t: float, lag: float) -> float:
+    """Return the largest effort of a pulse behind a lag."""
+    return f if lag <= 0.0 else f * -math.expm1(-t / lag)
+
+
 @compiled()
 def behind_lag(F: float, f: float, t: float, lag: float) -> tuple[float, float, float]:
     """Return effort, width and start of the pulse that does the same without the lag.
@@ -109,7 +115,7 @@ def behind_lag(F: float, f: float, t: float, lag: float) -> tuple[float, float, 
     """
     if lag <= 0.0:
         return f, t, 0.0
-    if f * -math.expm1(-t / lag) <= F:  # never above friction
+    if peak_behind_lag(f, t, lag) <= F:  # never above friction
         return F, t, 0.0
     start = -lag * math.log1p(-F / f)
     w = t - start
@@ -147,7 +153,7 @@ def lagging_effort_for(
     """
     if lag <= 0.0:
         return min(effort_for(m, F, c, d, t), limit)
-    low, high = F / -math.expm1(-t / lag), limit
+    low, high = F / peak_behind_lag(1.0, t, lag), limit
     off_low, off_high = -d, lagging_displacement(m, F, c, high, t, lag) - d
     if off_high <= 0.0:
         return limit

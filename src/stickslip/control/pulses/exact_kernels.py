@@ -10,6 +10,9 @@ Kalman filter (each iteration is a Gauss-Newton step), one scalar at a time: no 
 A prior that is contradicted, by residuals that a wider one explains, is widened: a first guess that
 was wrong by orders of magnitude would otherwise be corrected only as far as its spread allows.
 
+Once a move has taught mass and friction, a short pulse cannot contradict it: such a pulse counts by
+its displacement alone, and what the law misses becomes a factor of the next displacements.
+
 From pulse to pulse the friction of both directions, Coulomb and viscous, walks at random; how far
 is learned from how far the estimates of the Coulomb friction had to move.
 
@@ -47,6 +50,7 @@ from stickslip.planning.pulse_kernels import (
     behind_lag,
     lagging_displacement,
     lagging_effort_for,
+    peak_behind_lag,
     position_along,
     pulse_ends,
     width_for,
@@ -228,12 +232,6 @@ def _largest_change(value: Vector, at: Vector) -> float:
 
 
 @compiled()
-def _peak(own: Any, f: float, t: float) -> float:
-    """Return the largest effort of a pulse behind the lag."""
-    return f if own.lag <= 0.0 else f * -math.expm1(-t / own.lag)
-
-
-@compiled()
 def _maximum(
     s: Any, own: Any, P: Matrix, at: Vector, rough: float, value: Vector, Q: Matrix
 ) -> float:
@@ -242,7 +240,7 @@ def _maximum(
     Returns the mean square of the normalised residuals there.
     """
     side, f, t = _last_pulse(s, own)
-    most = math.log(_STRONGEST * _peak(own, abs(f), t))
+    most = math.log(_STRONGEST * peak_behind_lag(abs(f), t, own.lag))
     at[COULOMB + side] = min(at[COULOMB + side], most)
     # Far from the prior the slopes there mislead: the observation gains its weight step by step
     inflation = misfit = _posterior(s, own, P, at, (1.0, rough), value, Q)
