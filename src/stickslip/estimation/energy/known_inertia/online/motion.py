@@ -73,7 +73,7 @@ def compare(own: Any, before: Any, now: Any) -> None:
 
 
 @compiled(inline=True)
-def _estimate_noise(own: Any) -> None:
+def estimate_noise(own: Any) -> None:
     """Estimate the noise of the sensors so far, bounded by the disagreement of the signals."""
     n, T = own.recursion.samples, own.recursion.sampling_time
     for c in range(CHANNELS):
@@ -167,7 +167,7 @@ def refresh(s: State) -> None:
     is made as fast as it must be for `LAG` samples to be enough.
     """
     own = fields(s)
-    _estimate_noise(own)
+    estimate_noise(own)
     net = own.net_square
     own.friction_square = net
     if own.certain_samples > 0.0:

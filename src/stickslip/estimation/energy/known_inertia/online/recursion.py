@@ -19,6 +19,7 @@ from stickslip.compiled import compiled
 from stickslip.estimation.energy.known_inertia.online.motion import (
     compare,
     count_noise,
+    estimate_noise,
     innovate,
     predict,
     refresh,
@@ -363,12 +364,18 @@ def _begin(own: Any, oldest: Any, newest: Any, velocity: float) -> None:
 
 
 @compiled(inline=True)
-def _noise_known(own: Any) -> bool:
-    """Return whether a force has acted and every sensor has shown its noise."""
+def _can_begin(own: Any, position: float) -> bool:
+    """Return whether a force has acted, every sensor has shown its noise, and the axis has moved.
+
+    At rest noise would pass for motion under no force, which shows that there is no friction.
+    """
     known = own.net_square > 0.0
     for c in range(CHANNELS):
         known = known and (own.is_measured[c] == 0 or own.noisy_samples[c] > 0.0)
-    return known
+    if not known or own.certain_samples > 0.0:
+        return known
+    estimate_noise(own)
+    return (position - own.origin) ** 2 > 2.0 * CERTAIN**2 * own.noise[0]
 
 
 @compiled(inline=True)
@@ -411,6 +418,8 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
     z = now.measured
     now.effort = u
     z[0], z[1], z[2], z[3] = x, v, x2, v2
+    if n == 0:
+        own.origin = x
     missing = _fill(own, before, now)
     if missing > 0 and own.refresh == 0.0:
         _restart(own)  # the filters begin with complete samples
@@ -430,7 +439,7 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
         compare(own, before, now)
     own.recursion.samples += 1
     begins = own.refresh == 0.0
-    if n < LAG or (begins and not _noise_known(own)):
+    if n < LAG or (begins and not _can_begin(own, z[0])):
         return
     first = (n + 1) % DEPTH
     oldest = own.ring[first]

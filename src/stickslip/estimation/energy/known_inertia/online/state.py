@@ -54,6 +54,7 @@ _FIELDS = np.dtype(
         ("adaptations", "f8"),  # of the disturbance, from 1 on; 0 if it is given
         ("refresh", "f8"),  # number of counted samples at which noise is next estimated; 0 at first
         ("began", "f8"),  # samples before the filters began
+        ("origin", "f8"),  # first position
         ("settled", "f8"),  # samples after which the first filter has forgotten how it began
         ("earlier_velocity", "f8"),  # of the sample before the one that is being whitened
         ("turns", "f8"),  # reversals so far
