@@ -13,11 +13,12 @@ every sample, from the deviation seen then: a state feedback whose gains vary al
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import sqrt
+from math import cos, exp, pi, sin, sqrt
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_are
 
 from stickslip.compiled import compiled
 from stickslip.control.landing.drive_fit import DriveFit
@@ -31,8 +32,11 @@ _TURNS = 1e-3  # of the planned speed
 _HALVINGS = 6
 _LOOKS = 64  # along a series, for what can be reached
 _LAST = 0.5  # radians of the swing before the end in which what is seen no longer counts
+SEEN = 2.0  # time constants of feedback in which a deviation of mass 2 is taken over
+_UNKNOWN, _LEARNED = 0.03, 1e-3  # of the travel, that mass 2 leaves its plan by in half a swing
 
 Deviation = tuple[float, float, float, float]
+Gain = Float[np.ndarray, "2 2"]
 Values = NDArray[np.float64]
 Goal = tuple[float, float, float, float]  # positions, and velocities over the frequency
 NONE: Deviation = (0.0, 0.0, 0.0, 0.0)
@@ -147,6 +151,22 @@ def _nearest(k: int, r: Values, motion: Motion, bounds: Bounds) -> Values:
     return all_of_it * z
 
 
+def _taken(w: float, T: float, pole: float, strays: float, noise: tuple[float, float]) -> Gain:
+    """Return the gain of the measured deviation of mass 2 (position, velocity/w) on that known.
+
+    It is that of a Kalman filter for a free swing that strays from its plan (random walk, standard
+    deviation ``strays`` in half a swing). Without noise a deviation is taken over in two time
+    constants of feedback.
+    """
+    share = 1.0 - exp(-pole * T / SEEN)
+    walk = strays**2 * w * T / pi
+    least = walk * (1.0 - share) / share**2
+    R = np.diag([noise[0] ** 2 + least, (noise[1] / w) ** 2 + least])
+    c, s = cos(w * T), sin(w * T)
+    P = solve_discrete_are(np.array([[c, -s], [s, c]]), np.eye(2), walk * np.eye(2), R)
+    return P @ np.linalg.inv(P + R)
+
+
 @dataclass(frozen=True, kw_only=True)
 class CorrectedSeries(PulseSeries):
     """A series with what corrects it on its way, and a time on its target.
@@ -174,6 +194,8 @@ class CorrectedSeries(PulseSeries):
         and while it rests.
     low, high
         Bounds of the acceleration that corrects.
+    taken
+        Gain of what is seen of mass 2 (`seen`).
     """
 
     losses: LoadLosses
@@ -187,6 +209,7 @@ class CorrectedSeries(PulseSeries):
     steps: tuple[Float[np.ndarray, "4 6"], Float[np.ndarray, "4 6"]]
     low: Float[np.ndarray, " m"]
     high: Float[np.ndarray, " m"]
+    taken: Gain
 
     @classmethod
     def of(
@@ -199,10 +222,13 @@ class CorrectedSeries(PulseSeries):
         pole: float,
         settling: int,
         limit: float,
+        noise: tuple[float, float],
+        learned: bool,
     ) -> "CorrectedSeries":
         """Return a series followed by some samples on its target.
 
-        It was planned with the losses. No correction leads to an effort beyond ``limit``.
+        It was planned with the losses, which have been ``learned`` or not. No correction leads to
+        an effort beyond ``limit``. ``noise`` is that of position and velocity.
         """
         n, T, m2 = series.effort.size, series.sampling_time, arm.mass_2
         w = sqrt(arm.stiffness / m2)
@@ -243,7 +269,22 @@ class CorrectedSeries(PulseSeries):
             steps=steps,
             low=np.minimum(0.0, -limit - series.effort) / arm.mass_1,
             high=np.maximum(0.0, limit - series.effort) / arm.mass_1,
+            taken=_taken(
+                w,
+                T,
+                pole,
+                (_LEARNED if learned else _UNKNOWN) * float(np.ptp(series.position)),
+                noise,
+            ),
         )
+
+    def seen(self, k: int, r: Deviation, by: tuple[float, float]) -> Deviation:
+        """Return a deviation after mass 2 was seen off that by a position and a velocity."""
+        if not self.corrects(k):
+            return r
+        w = self.frequency
+        x2, v2 = (self.taken @ (by[0], by[1] / w)).tolist()
+        return r[0], r[1], r[2] + x2, r[3] + w * v2
 
     def corrects(self, k: int) -> bool:
         """Return whether what is seen in sample k still counts."""

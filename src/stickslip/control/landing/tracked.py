@@ -19,6 +19,7 @@ from stickslip.control.landing.arm_plan import (
 )
 from stickslip.control.landing.correction import (
     NONE,
+    SEEN,
     CorrectedSeries,
     Deviation,
     Goal,
@@ -41,7 +42,6 @@ _INTEGRAL = 0.2  # pole of the integral over the double pole
 _SETTLING = 3.0  # time constants of feedback after the last pulse
 
 # Correction
-_SEEN = 2.0  # time constants of feedback in which a deviation of mass 2 is taken over
 _CORRECTING = 0.95  # of the effort limit, that a correction may lead to
 _KEPT = LAGS + 2  # deviations, for the delay
 
@@ -315,13 +315,15 @@ class TrackedLandingController(LandingController):
         Noise goes through feedback into the efforts, which biases their regression; the running
         estimator allows for it.
         """
-        return state.drive is not None and self.velocity_noise == 0.0
+        return state.drive is not None
 
     def _drive(self, state: Any) -> DriveFit:
         if state.drive is not None:
             return state.drive
-        coulomb, viscous = self._friction(state)
-        covariance = self._covariance(state)
+        # As before the first series: the running estimator has seen what the fit sees
+        first = self.init()
+        coulomb, viscous = self._friction(first)
+        covariance = self._covariance(first)
         if not np.isfinite(covariance).all():
             covariance = np.diag([coulomb**2, (coulomb * self.pole()) ** 2])
         return DriveFit.first(coulomb, viscous, covariance)
@@ -363,6 +365,8 @@ class TrackedLandingController(LandingController):
             pole=pole,
             settling=settling,
             limit=_CORRECTING * self.effort_limit,
+            noise=(self.position_noise, self.velocity_noise),
+            learned=state.load.rows > 0,
         )
 
     def _losses(self, state: Any) -> LoadLosses:
@@ -407,15 +411,15 @@ class TrackedLandingController(LandingController):
         arm, T = self._estimated_arm(state), self.sampling_time
         x, v, x2, v2 = series.at(k - drive.delay)
         dx, dv, dx2, dv2 = before(state.deviations, drive.delay)
-        rx, rv, rx2, rv2 = state.deviations[-1]
-        share = 1.0 - exp(-p * T / _SEEN)
-        if series.corrects(k):
-            rx2 += share * (sample.measured_load_position - x2 - dx2)
-            rv2 += share * (sample.measured_load_velocity - v2 - dv2)
+        by = (
+            sample.measured_load_position - x2 - dx2,
+            sample.measured_load_velocity - v2 - dv2,
+        )
+        r = rx, rv, rx2, rv2 = series.seen(k, state.deviations[-1], by)
         held = k < series.moving and series.rests[k] and v == 0.0
         if held and abs(sample.measured_velocity) <= 4.0 * self.velocity_noise:
-            rx += share * (sample.measured_position - x - dx)
-        r = rx, rv, rx2, rv2
+            share = 1.0 - exp(-p * T / SEEN)
+            r = rx + share * (sample.measured_position - x - dx), rv, rx2, rv2
         state = replace(state, goal=series.goal(k, r, state.goal))
         a = series.acceleration(k, r, state.goal)
         e, e_dot = x + dx - sample.measured_position, v + dv - sample.measured_velocity
