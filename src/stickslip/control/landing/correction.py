@@ -18,7 +18,7 @@ from math import cos, exp, pi, sin, sqrt
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
-from scipy.linalg import solve_discrete_are
+from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 
 from stickslip.compiled import compiled
 from stickslip.control.landing.drive_fit import DriveFit
@@ -33,6 +33,7 @@ _HALVINGS = 6
 _LOOKS = 64  # along a series, for what can be reached
 _LAST = 0.5  # radians of the swing before the end in which what is seen no longer counts
 SEEN = 2.0  # time constants of feedback in which a deviation of mass 2 is taken over
+_EASY = 0.05  # of the effort limit, that corrects a deviation as large as its standard deviation
 _UNKNOWN, _LEARNED = 0.03, 1e-3  # of the travel, that mass 2 leaves its plan by in half a swing
 
 Deviation = tuple[float, float, float, float]
@@ -63,11 +64,13 @@ def _matrices(
 
 @compiled()
 def _gains(
-    slip: Values, rest: Values, rests: NDArray[np.bool_], weight: Values, g: Values
+    slip: Values, rest: Values, rests: NDArray[np.bool_], weight: Values, g: Values, unsure: float
 ) -> tuple[Values, Values, Values]:
     """Return the map to the final state, that without a deviation, and gains of the final state.
 
-    With the final state z = P_i r_i + D_i if nothing is corrected, a_i = -G_i (z - goal).
+    With the final state z = P_i r_i + D_i if nothing is corrected, a_i = -G_i (z - goal). Of a
+    state of mass 2 that is ``unsure`` (its variance over that of accelerations) less is corrected,
+    the less there is left to correct it with.
     """
     n = weight.shape[0]
     P, D, G = np.zeros((n + 1, 4, 4)), np.zeros((n + 1, 4)), np.zeros((n, 4))
@@ -93,6 +96,8 @@ def _gains(
         size = max(W[0, 0], W[1, 1], W[2, 2], W[3, 3])
         for j in range(4):
             R[j, j] += _REGULAR * size
+        R[2, 2] += unsure
+        R[3, 3] += unsure
         G[i] = weight[i] * np.linalg.solve(R, b)
     return P, D, G
 
@@ -151,20 +156,26 @@ def _nearest(k: int, r: Values, motion: Motion, bounds: Bounds) -> Values:
     return all_of_it * z
 
 
-def _taken(w: float, T: float, pole: float, strays: float, noise: tuple[float, float]) -> Gain:
+def _taken(
+    w: float, T: float, pole: float, strays: float, noise: tuple[float, float]
+) -> tuple[Gain, float]:
     """Return the gain of the measured deviation of mass 2 (position, velocity/w) on that known.
 
     It is that of a Kalman filter for a free swing that strays from its plan (random walk, standard
     deviation ``strays`` in half a swing). Without noise a deviation is taken over in two time
-    constants of feedback.
+    constants of feedback. The second value is the standard deviation of the amplitude by noise.
     """
     share = 1.0 - exp(-pole * T / SEEN)
     walk = strays**2 * w * T / pi
     least = walk * (1.0 - share) / share**2
-    R = np.diag([noise[0] ** 2 + least, (noise[1] / w) ** 2 + least])
+    N = np.diag([noise[0] ** 2, (noise[1] / w) ** 2])
+    R = N + least * np.eye(2)
     c, s = cos(w * T), sin(w * T)
-    P = solve_discrete_are(np.array([[c, -s], [s, c]]), np.eye(2), walk * np.eye(2), R)
-    return P @ np.linalg.inv(P + R)
+    A = np.array([[c, s], [-s, c]])
+    P = solve_discrete_are(A.T, np.eye(2), walk * np.eye(2), R)
+    K = P @ np.linalg.inv(P + R)
+    by_noise = solve_discrete_lyapunov((np.eye(2) - K) @ A, K @ N @ K.T)
+    return K, sqrt(float(np.trace(by_noise)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -256,6 +267,8 @@ class CorrectedSeries(PulseSeries):
             "load_position": np.append(series.load_position, place),
             "load_velocity": np.append(series.load_velocity, rest),
         }
+        strays = (_LEARNED if learned else _UNKNOWN) * float(np.ptp(series.position))
+        taken, spread = _taken(w, T, pole, strays, noise)
         return cls(
             **values,
             losses=losses,
@@ -263,19 +276,13 @@ class CorrectedSeries(PulseSeries):
             pole=pole,
             moving=n,
             frequency=w,
-            maps=_gains(*steps, rests, weight, forced),
+            maps=_gains(*steps, rests, weight, forced, (spread * arm.mass_1 / (_EASY * limit)) ** 2),
             forced=forced,
             rests=rests,
             steps=steps,
             low=np.minimum(0.0, -limit - series.effort) / arm.mass_1,
             high=np.maximum(0.0, limit - series.effort) / arm.mass_1,
-            taken=_taken(
-                w,
-                T,
-                pole,
-                (_LEARNED if learned else _UNKNOWN) * float(np.ptp(series.position)),
-                noise,
-            ),
+            taken=taken,
         )
 
     def seen(self, k: int, r: Deviation, by: tuple[float, float]) -> Deviation:

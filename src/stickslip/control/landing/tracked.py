@@ -58,7 +58,8 @@ _SHORTEST = 0.07  # of the move, and 1.5 times that: travel of a series that cor
 _IMPROVES = 0.7  # of the smallest miss so far: what a further correction must bring
 _SLOWEST = 0.3  # speed of such a series over its mean: slow motion has another friction
 _GIVES_WAY = 0.1  # tolerances within which a mass rests
-_AT_ONCE = 3  # samples at rest before a plan, with sensors without noise
+_AT_ONCE, _BRIEF = 3, 6  # samples at rest before a plan, with sensors without noise and with some
+_KNOWN, _NEAR = 0.2, 2e-3  # of the tolerance, of the way left: to which a swing must be known
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -289,9 +290,16 @@ class TrackedLandingController(LandingController):
         )
         return self._enter(state, sample, "resting", "the target is new")
 
-    def _settled(self, state: LandingState, waited: float) -> bool:
-        if self.position_noise == 0.0 and self.velocity_noise == 0.0:
-            return state.window.count >= _AT_ONCE
+    def _settled(self, state: Any, waited: float) -> bool:
+        n, noise, way = state.window.count, self.position_noise, self.velocity_noise
+        if noise == 0.0 and way == 0.0:
+            return n >= _AT_ONCE
+        if n >= _BRIEF and not state.computed:
+            # The swing is known well enough
+            left = abs(state.target - 0.5 * (state.window.low + state.window.high))
+            spread = hypot(noise, way * self.half_swing / pi) / sqrt(n)
+            if spread <= max(_KNOWN * self.tolerance, _NEAR * left):
+                return True
         return super()._settled(state, waited)
 
     def _friction(self, state: LandingState) -> tuple[float, float]:
