@@ -33,6 +33,7 @@ _HALVINGS = 6
 _LOOKS = 64  # along a series, for what can be reached
 _LAST = 0.5  # radians of the swing before the end in which what is seen no longer counts
 SEEN = 2.0  # time constants of feedback in which a deviation of mass 2 is taken over
+_EARLY = 0.7  # radians before the end within which the weight falls, so that less is left for then
 _EASY = 0.05  # of the effort limit, that corrects a deviation as large as its standard deviation
 _UNKNOWN, _LEARNED = 0.03, 1e-3  # of the travel, that mass 2 leaves its plan by in half a swing
 
@@ -65,8 +66,10 @@ def _matrices(
 @compiled()
 def _gains(
     slip: Values, rest: Values, rests: NDArray[np.bool_], weight: Values, g: Values, unsure: float
-) -> tuple[Values, Values, Values]:
+) -> tuple[Values, Values, Values, Values]:
     """Return the map to the final state, that without a deviation, and gains of the final state.
+
+    The last one is what bringing mass 1 back to its plan does to the final state of mass 2.
 
     With the final state z = P_i r_i + D_i if nothing is corrected, a_i = -G_i (z - goal). Of a
     state of mass 2 that is ``unsure`` (its variance over that of accelerations) less is corrected,
@@ -74,6 +77,7 @@ def _gains(
     """
     n = weight.shape[0]
     P, D, G = np.zeros((n + 1, 4, 4)), np.zeros((n + 1, 4)), np.zeros((n, 4))
+    H = np.zeros((n, 2, 2))
     W = np.zeros((4, 4))
     for j in range(4):
         P[n, j, j] = 1.0
@@ -96,14 +100,15 @@ def _gains(
         size = max(W[0, 0], W[1, 1], W[2, 2], W[3, 3])
         for j in range(4):
             R[j, j] += _REGULAR * size
+        H[i] = np.linalg.solve(R[:2, :2], R[:2, 2:]).T
         R[2, 2] += unsure
         R[3, 3] += unsure
         G[i] = weight[i] * np.linalg.solve(R, b)
-    return P, D, G
+    return P, D, G, H
 
 
 Motion = tuple[
-    tuple[Values, Values, Values], tuple[Values, Values], NDArray[np.bool_], Values
+    tuple[Values, Values, Values, Values], tuple[Values, Values], NDArray[np.bool_], Values
 ]  # maps to the final state, steps, rests, what is forced
 Bounds = tuple[Values, Values, Values]  # planned speed, bounds of the acceleration
 
@@ -113,7 +118,7 @@ def _feasible(k: int, start: Values, goal: Values, motion: Motion, bounds: Bound
     """Return whether the corrections to a goal keep to their bounds, and mass 1 to its way."""
     maps, steps, rests, forced = motion
     speed, low, high = bounds
-    P, D, G = maps
+    P, D, G, _ = maps
     slip, rest = steps
     r, after = start.copy(), np.empty(4)
     for i in range(k, rests.shape[0]):
@@ -138,10 +143,14 @@ def _feasible(k: int, start: Values, goal: Values, motion: Motion, bounds: Bound
 
 @compiled()
 def _nearest(k: int, r: Values, motion: Motion, bounds: Bounds) -> Values:
-    """Return the final state nearest to 0 that corrections within their bounds lead to."""
+    """Return the final state nearest to 0 that corrections within their bounds lead to.
+
+    It is on the way from that where mass 1 alone goes back to its plan.
+    """
     maps = motion[0]
-    P, D, _ = maps
+    P, D, _, H = maps
     z = D[k] + P[k] @ r
+    z[2:] -= H[k] @ z[:2]
     z[0], z[1] = 0.0, 0.0
     goal = np.zeros(4)
     if _feasible(k, r, goal, motion, bounds):
@@ -195,7 +204,8 @@ class CorrectedSeries(PulseSeries):
     frequency
         Of mass 2 while mass 1 rests [rad/s].
     maps
-        To the final state: of a state, of none, and the gains of the final state.
+        To the final state: of a state, of none, the gains of the final state, and from mass 1 to
+        mass 2.
     forced
         Coulomb friction that the plan has not, over mass 2.
     rests
@@ -214,7 +224,12 @@ class CorrectedSeries(PulseSeries):
     pole: float
     moving: int
     frequency: float
-    maps: tuple[Float[np.ndarray, "n 4 4"], Float[np.ndarray, "n 4"], Float[np.ndarray, "m 4"]]
+    maps: tuple[
+        Float[np.ndarray, "n 4 4"],
+        Float[np.ndarray, "n 4"],
+        Float[np.ndarray, "m 4"],
+        Float[np.ndarray, "m 2 2"],
+    ]
     forced: Float[np.ndarray, " m"]
     rests: Bool[np.ndarray, " m"]
     steps: tuple[Float[np.ndarray, "4 6"], Float[np.ndarray, "4 6"]]
@@ -252,6 +267,7 @@ class CorrectedSeries(PulseSeries):
             begin, end = (round(each / T) for each in series.rest)
             rests[begin:end] = True
         weight[rests] = 0.0
+        weight *= np.minimum(1.0, w * T * np.arange(n, 0, -1) / _EARLY) ** 2
         v2 = 0.5 * (series.load_velocity[1:] + series.load_velocity[:-1])
         spring = arm.stiffness * (series.position - series.load_position)[1:]
         held = np.abs(series.load_velocity[0]) * m2 * w <= dry
@@ -333,7 +349,7 @@ class CorrectedSeries(PulseSeries):
         """Return the acceleration of mass 1 in sample k beside that of the plan."""
         if k >= self.moving:
             return 0.0
-        P, D, G = self.maps
+        P, D, G, _ = self.maps
         a = -float(G[k] @ (P[k] @ self._scaled(r) + D[k] - goal))
         return min(max(a, float(self.low[k])), float(self.high[k]))
 
