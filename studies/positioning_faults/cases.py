@@ -11,6 +11,32 @@ __all__ = ["ARM_CASES", "AXIS_CASES", "Case", "Channels"]
 
 
 @dataclass(frozen=True, kw_only=True)
+class Noise:
+    """Noise of the sensors of an arm, which the controller is told.
+
+    Attributes
+    ----------
+    position, velocity
+        Standard deviations [m, m/s].
+    step
+        Of the encoders of both positions; 0 for none [m].
+    differentiated
+        Whether the velocities are differences of encoder positions over a sample; ``velocity`` is
+        then only told.
+    """
+
+    position: float = 0.0
+    velocity: float = 0.0
+    step: float = 0.0
+    differentiated: bool = False
+
+    @classmethod
+    def of_encoder(cls, step: float, T: float) -> "Noise":
+        """Return that of differentiated encoder positions, of a step [m] and a sampling time."""
+        return cls(step=step, velocity=step / (T * np.sqrt(6.0)), differentiated=True)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Channels:
     """Faults between controller and plant.
 
@@ -36,6 +62,8 @@ class Channels:
         True effort limit over the limit of the controller [-].
     push
         Force against the axis over the effort limit, for 50 ms at half of the time [-].
+    noise
+        Of the sensors of an arm, given the sampling time [s]; None for exact sensors.
     """
 
     delay: int = 0
@@ -48,6 +76,7 @@ class Channels:
     effort_step: float = 0.0
     clip: float = 1.0
     push: float = 0.0
+    noise: Callable[[float], Noise] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,6 +249,21 @@ ARM_CASES = (
         name="all mild faults",
         plant=_all_mild_arm,
         channels=Channels(effort_noise=0.01, lost=0.01),
+    ),
+    Case(
+        name="noise of 1e-5 m and 1e-4 m/s",
+        channels=Channels(noise=lambda _: Noise(position=1e-5, velocity=1e-4)),
+    ),
+    Case(
+        name="encoders of 1e-5 m, differentiated",
+        channels=Channels(noise=lambda T: Noise.of_encoder(1e-5, T)),
+    ),
+    Case(
+        name="noise of 1e-6 m and 1e-5 m/s, all mild faults",
+        plant=_all_mild_arm,
+        channels=Channels(
+            effort_noise=0.01, lost=0.01, noise=lambda _: Noise(position=1e-6, velocity=1e-5)
+        ),
     ),
     Case(name="load not measured", mild=False, channels=Channels(missing_load=True)),
     Case(name="frozen sensors", mild=False, channels=Channels(frozen_from=6.0)),

@@ -1,6 +1,6 @@
 """A controller of a scenario on the plant in fine steps, with faults, and the judgement of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import hypot, isfinite, nan
 from pathlib import Path
@@ -49,6 +49,7 @@ class Axis:
     noise: float
     encoder_step: float
     seed: int
+    velocity_noise: float = 0.0
 
     @property
     def flexible(self) -> bool:
@@ -75,6 +76,7 @@ class Axis:
                 position_noise=self.noise,
                 encoder_step=self.encoder_step,
                 velocity="measured" if self.velocity else "none",
+                velocity_noise=self.velocity_noise,
             ),
             controller=table_from(
                 controllers, self.tables["controller"], name="controller", kind="linear"
@@ -282,6 +284,11 @@ def shortest(axis: Axis) -> tuple[float, ...]:
 def move_axis(axis: Axis, case: Case) -> Outcome:
     """Run the moves of an axis with the faults of a case."""
     channels, T = case.channels, axis.sampling_time
+    if channels.noise is not None:
+        told = channels.noise(T)
+        axis = replace(
+            axis, noise=told.position, velocity_noise=told.velocity, encoder_step=told.step
+        )
     generator = np.random.default_rng(axis.seed)
     built: Any = axis.scenario().build(Path())
     controller = getattr(built, "guarded", built.controller)
@@ -372,13 +379,29 @@ def _measured(
     position = x + noise[0]
     if glitch < channels.glitches:
         position += abs(axis.targets[0])
+    load = x2 + noise[1]
     if axis.encoder_step > 0.0:
         position = axis.encoder_step * round(position / axis.encoder_step)
+        load = axis.encoder_step * round(load / axis.encoder_step)
     if not axis.flexible:
         return SensorSample(time, position, v if axis.velocity else nan, nan, nan)
+    if channels.noise is not None and channels.noise(axis.sampling_time).differentiated:
+        v, v2 = _differences(position, load, axis, seen)
+    elif axis.velocity_noise > 0.0:
+        v, v2 = np.array((v, v2)) + axis.velocity_noise * generator.normal(size=2)
     if channels.missing_load:
         return SensorSample(time, position, v, nan, nan)
-    return SensorSample(time, position, v, x2 + noise[1], v2)
+    return SensorSample(time, position, v, load, v2)
+
+
+def _differences(
+    position: float, load: float, axis: Axis, seen: list[SensorSample]
+) -> tuple[float, float]:
+    """Return the velocities of both masses by their last two positions."""
+    if not seen:
+        return 0.0, 0.0
+    T, last = axis.sampling_time, seen[-1]
+    return (position - last.measured_position) / T, (load - last.measured_load_position) / T
 
 
 def _sent(

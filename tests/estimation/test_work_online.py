@@ -399,3 +399,26 @@ def test_an_arm_whose_load_has_no_velocity_sensor() -> None:
     state = estimator.init(sampling_time=T, velocity_measured=False)
     _, history = estimator.run(state, log)
     np.testing.assert_allclose(history[-1], TRUTH, rtol=0.002)
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 50.0])
+def test_at_rest_noise_teaches_nothing(stiffness: float) -> None:
+    first = {"coulomb_friction": 0.3, "viscous_friction": 0.1}
+    variance = ((1e-4, 0.0), (0.0, 1e-3))
+    estimator = EnergyEstimator(
+        inertia=1.0,
+        load_inertia=2.0,
+        stiffness=stiffness,
+        offset=False,
+        force_noise=0.0,
+        initial_values=first,
+        initial_variance=variance,
+    )
+    state = estimator.init(sampling_time=0.01)
+    generator = np.random.default_rng(5)
+    for _ in range(3000):
+        x, x2 = 1e-6 * generator.normal(size=2)
+        v, v2 = 1e-5 * generator.normal(size=2)
+        estimator.kernel(state, 0.0, x, v, x2, v2)
+    assert state[estimator.values_at].tolist() == [0.3, 0.1]
+    np.testing.assert_allclose(estimator.covariance(state), variance)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stickslip.control.landing.correction import NONE, CorrectedSeries
+from stickslip.control.landing.correction import NONE, CorrectedSeries, Tracking
 from stickslip.control.landing.drive_fit import DriveFit
 from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.load_fit import LoadFit
@@ -23,7 +23,14 @@ LIMIT = 0.95
 INTEGRATED = 1e-6  # of the move
 
 
-def corrected(target: float, losses: LoadLosses, *, rests: bool) -> CorrectedSeries:
+def corrected(
+    target: float,
+    losses: LoadLosses,
+    *,
+    rests: bool,
+    noise: tuple[float, float] = (0.0, 0.0),
+    learned: bool = False,
+) -> CorrectedSeries:
     planner = PulseSeriesPlanner(
         arm=ARM,
         sampling_time=T,
@@ -34,7 +41,8 @@ def corrected(target: float, losses: LoadLosses, *, rests: bool) -> CorrectedSer
         rest_on_the_way=rests,
     )
     series = planner.plan((0.0, 0.0, 0.0, 0.0), target)
-    return CorrectedSeries.of(series, ARM, losses, DRIVE, pole=10.0, settling=5, limit=LIMIT)
+    tracking = Tracking(pole=10.0, settling=5, limit=LIMIT, noise=noise, learned=learned)
+    return CorrectedSeries.of(series, ARM, losses, DRIVE, tracking)
 
 
 def moved(
@@ -94,6 +102,42 @@ def test_what_is_out_of_reach_is_not_aimed_at() -> None:
     goal = series.goal(late, (0.0, 0.0, 0.1, 0.0), NONE)
     assert np.hypot(goal[2], goal[3]) > 0.05
     assert goal[:2] == (0.0, 0.0)
+
+
+def test_with_noise_less_is_corrected_late_and_mass_1_still_ends_on_its_plan() -> None:
+    late, deviation = 0.8, (0.0, 2e-4)
+    exact = corrected(1.0, NO_LOSSES, rests=False)
+    noisy = corrected(1.0, NO_LOSSES, rests=False, noise=(1e-5, 1e-3))
+    k = round(late * exact.moving)
+    end, efforts = moved(exact, k, deviation, NO_LOSSES)
+    unsure, less = moved(noisy, k, deviation, NO_LOSSES)
+    np.testing.assert_allclose(end, 0.0, atol=2e-6)
+    np.testing.assert_allclose(unsure[:2], 0.0, atol=2e-6)
+    assert np.abs(less).max() < 0.2 * np.abs(efforts).max()
+    early, _ = moved(noisy, 0, (0.0, 5e-2), NO_LOSSES)
+    assert np.abs(early).max() < 5e-4
+
+
+def test_a_free_swing_is_followed_through_noise() -> None:
+    noise, samples = (2e-3, 1e-2), 20_000
+    series = corrected(1.0, NO_LOSSES, rests=False, noise=noise, learned=True)
+    quick = corrected(1.0, NO_LOSSES, rests=False)
+    w = np.sqrt(ARM.stiffness / ARM.mass_2)
+    swing = 0.03 * np.column_stack([np.cos(w * T * np.arange(samples)), np.zeros(samples)])
+    swing[:, 1] = -0.03 * w * np.sin(w * T * np.arange(samples))
+    seen = swing + np.random.default_rng(4).normal(size=swing.shape) * noise
+    errors = {}
+    for name, each in (("weighed", series), ("quick", quick)):
+        r, off = NONE, []
+        for position, velocity in seen:
+            r = each.seen(0, r, (position - r[2], velocity - r[3]))
+            off.append((r[2], r[3]))
+            c, s = np.cos(w * T), np.sin(w * T)
+            r = (0.0, 0.0, c * r[2] + s / w * r[3], c * r[3] - s * w * r[2])
+        errors[name] = np.array(off[1000:]) - swing[1000:]
+    spread = {name: np.sqrt(np.mean((each / (1.0, w)) ** 2)) for name, each in errors.items()}
+    assert abs(errors["weighed"].mean(axis=0)).max() < 2e-4
+    assert spread["weighed"] < 0.5 * spread["quick"]
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4])

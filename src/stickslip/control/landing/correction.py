@@ -188,6 +188,31 @@ def _taken(
 
 
 @dataclass(frozen=True, kw_only=True)
+class Tracking:
+    """How a series is tracked.
+
+    Attributes
+    ----------
+    pole
+        Double pole of the feedback [rad/s].
+    settling
+        Samples on the target after the series.
+    limit
+        Effort that no correction leads beyond [N or N m].
+    noise
+        Standard deviation of a position and of a velocity [m or rad, m/s or rad/s].
+    learned
+        Whether the load has been learned from a series.
+    """
+
+    pole: float
+    settling: int
+    limit: float
+    noise: tuple[float, float] = (0.0, 0.0)
+    learned: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
 class CorrectedSeries(PulseSeries):
     """A series with what corrects it on its way, and a time on its target.
 
@@ -244,18 +269,10 @@ class CorrectedSeries(PulseSeries):
         arm: FlexibleArm,
         losses: LoadLosses,
         drive: DriveFit,
-        *,
-        pole: float,
-        settling: int,
-        limit: float,
-        noise: tuple[float, float],
-        learned: bool,
+        tracking: Tracking,
     ) -> "CorrectedSeries":
-        """Return a series followed by some samples on its target.
-
-        It was planned with the losses, which have been ``learned`` or not. No correction leads to
-        an effort beyond ``limit``. ``noise`` is that of position and velocity.
-        """
+        """Return a series followed by some samples on its target, planned with the losses."""
+        pole, limit, settling = tracking.pole, tracking.limit, tracking.settling
         n, T, m2 = series.effort.size, series.sampling_time, arm.mass_2
         w = sqrt(arm.stiffness / m2)
         d, dry, viscous = losses
@@ -283,8 +300,9 @@ class CorrectedSeries(PulseSeries):
             "load_position": np.append(series.load_position, place),
             "load_velocity": np.append(series.load_velocity, rest),
         }
-        strays = (_LEARNED if learned else _UNKNOWN) * float(np.ptp(series.position))
-        taken, spread = _taken(w, T, pole, strays, noise)
+        strays = (_LEARNED if tracking.learned else _UNKNOWN) * float(np.ptp(series.position))
+        taken, spread = _taken(w, T, pole, strays, tracking.noise)
+        unsure = (spread * arm.mass_1 / (_EASY * limit)) ** 2
         return cls(
             **values,
             losses=losses,
@@ -292,7 +310,7 @@ class CorrectedSeries(PulseSeries):
             pole=pole,
             moving=n,
             frequency=w,
-            maps=_gains(*steps, rests, weight, forced, (spread * arm.mass_1 / (_EASY * limit)) ** 2),
+            maps=_gains(*steps, rests, weight, forced, unsure),
             forced=forced,
             rests=rests,
             steps=steps,

@@ -23,6 +23,7 @@ from stickslip.control.landing.correction import (
     CorrectedSeries,
     Deviation,
     Goal,
+    Tracking,
     before,
 )
 from stickslip.control.landing.drive_fit import LAGS, DriveFit
@@ -364,18 +365,15 @@ class TrackedLandingController(LandingController):
         if isinstance(series, str):
             return series
         pole = self.pole(drive.delay if drive.rows else _UNKNOWN)
-        settling = max(1, ceil(_SETTLING / pole / self.sampling_time))
-        return CorrectedSeries.of(
-            series,
-            self._estimated_arm(state),
-            state.load.losses,
-            drive,
+        tracking = Tracking(
             pole=pole,
-            settling=settling,
+            settling=max(1, ceil(_SETTLING / pole / self.sampling_time)),
             limit=_CORRECTING * self.effort_limit,
             noise=(self.position_noise, self.velocity_noise),
             learned=state.load.rows > 0,
         )
+        arm = self._estimated_arm(state)
+        return CorrectedSeries.of(series, arm, state.load.losses, drive, tracking)
 
     def _losses(self, state: Any) -> LoadLosses:
         return state.load.losses
