@@ -30,6 +30,7 @@ from stickslip.control.landing.drive_fit import LAGS, DriveFit
 from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.supervisor import LEAST_FRICTION
+from stickslip.control.landing.velocity_lag import VelocityLag, acceleration, without_lag
 from stickslip.planning import LoadLosses, PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample, quantity_field
@@ -48,6 +49,7 @@ _KEPT = LAGS + 2  # deviations, for the delay
 
 # Plans
 _ROUNDING = 1e-6  # samples
+_LATE = 0.1  # of a sample, that a sample may be late
 _STAYS = 0.02  # of the move, planned while mass 1 rests: it does not move, or is not seen to
 _PULSES = 300.0  # in half a swing at most
 _DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
@@ -95,6 +97,8 @@ class TrackedState(LandingState):
         Pulses on mass 1 alone since the last series; samples and effort left of one.
     spent
         Why no further series shall follow; None if one may.
+    lag
+        Of measured velocities.
     last
         The last sample with a position and a velocity of mass 1, its load as measured or, where it
         is not measured, as computed from the motion of mass 1; None before the first.
@@ -106,6 +110,7 @@ class TrackedState(LandingState):
     integral: float = quantity_field("effort", default=0.0)
     efforts: Growing[float] = Growing()
     last: SensorSample | None = None
+    lag: VelocityLag = VelocityLag()
     drive: DriveFit | None = None
     load: LoadFit = LoadFit()
     deviations: tuple[Deviation, ...] = ()
@@ -233,10 +238,40 @@ class TrackedLandingController(LandingController):
     def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         """Take a sample; return the state after it and the effort until the next [N or N m]."""
         if self._readable(sample):
-            seen = self._with_load(state, sample)
+            seen, last = self._with_load(state, sample), state.last
+            if seen is sample and last is not None and self._follows(last, sample):
+                state = replace(state, lag=state.lag.after(self._estimated_arm(state), last, sample))
             state = replace(state, last=seen, computed=state.computed or seen is not sample)
-            sample = seen
+            sample = self._prompt(state, seen)
         return super().step(state, sample)
+
+    def _follows(self, last: SensorSample, sample: SensorSample) -> bool:
+        """Return whether two samples with a measured load are successive."""
+        late = abs(sample.time - last.time - self.sampling_time) > _LATE * self.sampling_time
+        return not late and isfinite(last.measured_load_velocity)
+
+    def _lag(self, state: Any) -> float:
+        """Return the lag of measured velocities [s]."""
+        noise = self.position_noise, self.velocity_noise
+        return state.lag.estimate(self.sampling_time, noise)
+
+    def _prompt(self, state: Any, sample: SensorSample) -> SensorSample:
+        """Return a sample with the velocities as they are, by the spring and the plan."""
+        lag = self._lag(state)
+        if lag == 0.0:
+            return sample
+        v1, v2 = sample.measured_velocity, sample.measured_load_velocity
+        if not state.computed:
+            v2 += lag * acceleration(self._estimated_arm(state), sample)
+        if state.phases and state.phase.name == "series" and not state.braking:
+            series, k = state.flights[-1].planned, state.sent - state.flights[-1].planned.drive.delay
+            v1 += series.at(k)[1] - series.at(k - lag / self.sampling_time)[1]
+        return sample._replace(measured_velocity=v1, measured_load_velocity=v2)
+
+    def _tracked(self, state: Any, sample: SensorSample) -> Any:
+        # As measured: what is learned afterwards knows the lag better
+        seen = isfinite(sample.measured_position) and state.last is not None
+        return super()._tracked(state, state.last if seen else sample)
 
     def _with_load(self, state: TrackedState, sample: SensorSample) -> SensorSample:
         """Return the sample with position and velocity of mass 2, computed if not measured.
@@ -572,6 +607,7 @@ class TrackedLandingController(LandingController):
             return super()._after_series(state, swing)
         last = state.flights[-1]
         sent, seen = np.array(tuple(state.efforts)), np.array(tuple(state.track))[:, 1:]
+        seen = without_lag(seen, self._lag(state), self.sampling_time)
         n = min(sent.size, last.planned.effort.size, len(seen) - 1)
         effort = last.planned.effort.copy()
         effort[:n] = sent[:n]

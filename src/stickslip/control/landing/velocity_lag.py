@@ -1,0 +1,76 @@
+"""Lag of measured velocities: those of a filter, or differences of an encoder over a sample."""
+
+from dataclasses import dataclass, replace
+from math import hypot, sqrt
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.plants import FlexibleArm
+from stickslip.records import SensorSample
+
+_SURE = 3.0  # standard deviations
+_LEAST, _MOST = 0.02, 4.0  # samples
+
+
+@dataclass(frozen=True, kw_only=True)
+class VelocityLag:
+    """Estimate of the time by which measured velocities are late.
+
+    The mean velocity of mass 2 over a sample is d = (x2 - x2_) / T - (v2 + v2_) / 2 more than the
+    mean of the measured ones, and d = a tau with its acceleration a = ks (x1 - x2) / m2. It is a
+    regression of d on a, which positions alone give.
+
+    Attributes
+    ----------
+    products, squares
+        Sums of a d and of a^2 [m^2/s^3, m^2/s^4 or rad likewise].
+    """
+
+    products: float = 0.0
+    squares: float = 0.0
+
+    def after(self, arm: FlexibleArm, last: SensorSample, sample: SensorSample) -> "VelocityLag":
+        """Return the estimate after two successive samples with a measured load."""
+        dt = sample.time - last.time
+        travel = sample.measured_load_position - last.measured_load_position
+        speed = 0.5 * (sample.measured_load_velocity + last.measured_load_velocity)
+        a = 0.5 * (acceleration(arm, last) + acceleration(arm, sample))
+        d = travel / dt - speed
+        return replace(self, products=self.products + a * d, squares=self.squares + a * a)
+
+    def estimate(self, sampling_time: float, noise: tuple[float, float]) -> float:
+        """Return the lag [s]; 0 where it is not certain.
+
+        Parameters
+        ----------
+        sampling_time
+            [s].
+        noise
+            Standard deviation of a position and of a velocity [m, m/s or rad, rad/s].
+        """
+        if self.squares == 0.0:
+            return 0.0
+        lag = self.products / self.squares
+        spread = hypot(noise[0] * sqrt(2.0) / sampling_time, noise[1] / sqrt(2.0))
+        certain = max(_SURE * spread / sqrt(self.squares), _LEAST * sampling_time)
+        return min(lag, _MOST * sampling_time) if lag > certain else 0.0
+
+
+def acceleration(arm: FlexibleArm, sample: SensorSample) -> float:
+    """Return that of mass 2 by the spring [m/s^2 or rad/s^2]."""
+    stretch = sample.measured_position - sample.measured_load_position
+    return arm.stiffness / arm.mass_2 * stretch
+
+
+def without_lag(
+    seen: Float[np.ndarray, "n 4"], lag: float, sampling_time: float
+) -> Float[np.ndarray, "n 4"]:
+    """Return positions and velocities of a series with the velocities earlier by a lag [s]."""
+    if lag == 0.0:
+        return seen
+    k = np.arange(len(seen), dtype=np.float64)
+    earlier = seen.copy()
+    for column in (1, 3):
+        earlier[:, column] = np.interp(k + lag / sampling_time, k, seen[:, column])
+    return earlier
