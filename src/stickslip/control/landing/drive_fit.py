@@ -22,12 +22,14 @@ class DriveFit:
 
     m1 (v_{k+1} - v_k) + ks int (x1 - x2) dt = T sum_j w_j u_{k-j} - f_c T sign(v) - c (x_{k+1} -
     x_k) while mass 1 slips one way. The delay is sum_j j w_j / sum_j w_j samples, the gain of the
-    drive sum_j w_j. It is Bayesian linear regression with normal prior.
+    drive sum_j w_j. It is Bayesian linear regression with normal prior. Where the motion that it
+    was seen by is late, by ``lag`` samples, that is part of the fitted shares.
     """
 
     information: Float[np.ndarray, "p p"]
     values: Float[np.ndarray, " p"]
     rows: int = 0
+    lag: float = 0.0
 
     @classmethod
     def first(
@@ -50,7 +52,8 @@ class DriveFit:
     def delay(self) -> float:
         """Delay of the drive, in samples [-]."""
         share = np.maximum(self.values[:LAGS], 0.0)
-        return float(share @ np.arange(LAGS) / share.sum()) if self.rows else 0.0
+        seen = float(share @ np.arange(LAGS) / share.sum()) if self.rows else 0.0
+        return max(seen - self.lag, 0.0)
 
     @property
     def gain(self) -> float:

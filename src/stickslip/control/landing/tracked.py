@@ -30,7 +30,7 @@ from stickslip.control.landing.drive_fit import LAGS, DriveFit
 from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.supervisor import LEAST_FRICTION
-from stickslip.control.landing.velocity_lag import VelocityLag, acceleration, without_lag
+from stickslip.control.landing.velocity_lag import VelocityLag, acceleration, with_lag
 from stickslip.planning import LoadLosses, PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample, quantity_field
@@ -607,7 +607,7 @@ class TrackedLandingController(LandingController):
             return super()._after_series(state, swing)
         last = state.flights[-1]
         sent, seen = np.array(tuple(state.efforts)), np.array(tuple(state.track))[:, 1:]
-        seen = without_lag(seen, self._lag(state), self.sampling_time)
+        seen = with_lag(seen, self._lag(state), self.sampling_time)
         n = min(sent.size, last.planned.effort.size, len(seen) - 1)
         effort = last.planned.effort.copy()
         effort[:n] = sent[:n]
@@ -626,6 +626,7 @@ class TrackedLandingController(LandingController):
         """Return the estimates of drive and load after a series."""
         settings = {"sampling_time": self.sampling_time, "velocity_noise": self.velocity_noise}
         drive = self._drive(state).after(self._estimated_arm(state), sent, seen, **settings)
+        drive = replace(drive, lag=self._lag(state) / self.sampling_time)
         if state.computed or state.belief is not None:
             return {"drive": drive}
         coulomb = max(drive.friction[0], LEAST_FRICTION * self.effort_limit)

@@ -63,14 +63,14 @@ def acceleration(arm: FlexibleArm, sample: SensorSample) -> float:
     return arm.stiffness / arm.mass_2 * stretch
 
 
-def without_lag(
+def with_lag(
     seen: Float[np.ndarray, "n 4"], lag: float, sampling_time: float
 ) -> Float[np.ndarray, "n 4"]:
-    """Return positions and velocities of a series with the velocities earlier by a lag [s]."""
+    """Return positions and velocities of a series, the positions as late as the velocities [s]."""
     if lag == 0.0:
         return seen
     k = np.arange(len(seen), dtype=np.float64)
-    earlier = seen.copy()
-    for column in (1, 3):
-        earlier[:, column] = np.interp(k + lag / sampling_time, k, seen[:, column])
-    return earlier
+    late = seen.copy()
+    for column in (0, 2):
+        late[:, column] = np.interp(k - lag / sampling_time, k, seen[:, column])
+    return late
