@@ -28,7 +28,7 @@ def estimate(
     for k, (x, v) in enumerate(zip(position, velocity, strict=True)):
         sample = SensorSample(k * T, 0.0, 0.0, float(x), float(v))
         if last is not None:
-            lag = lag.after(ARM, last, sample)
+            lag = lag.after(last, sample, ARM)
         last = sample
     return lag.estimate(T, noise)
 

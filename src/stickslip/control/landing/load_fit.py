@@ -36,13 +36,31 @@ class LoadFit:
     arm: FlexibleArm | None = None
 
     @property
+    def sure(self) -> Float[np.ndarray, " 4"]:
+        """The values with every loss that is not certain taken for none, the least certain first.
+
+        The others are then what they are given that.
+        """
+        values, kept = self.values.copy(), list(range(4))
+        while len(kept) > 1:
+            among = np.ix_(kept, kept)
+            certain = values[kept] / np.sqrt(np.diag(np.linalg.inv(self.information[among])))
+            least = 1 + int(np.argmin(certain[1:]))
+            if certain[least] > _SURE:
+                break
+            place = kept.pop(least)
+            J, own = self.information, values[place]
+            values[place] = 0.0
+            values[kept] += np.linalg.solve(J[np.ix_(kept, kept)], J[kept, place] * own)
+        return values
+
+    @property
     def losses(self) -> LoadLosses:
-        """What brakes mass 2, for the mass 2 of ``arm``; less than is certain counts as none."""
+        """What brakes mass 2, for the mass 2 of ``arm``; what is not certain counts as none."""
         if not self.rows:
             return NO_LOSSES
-        spread = np.sqrt(np.diag(np.linalg.inv(self.information)))
-        sure = np.where(self.values > _SURE * spread, self.values, 0.0)
-        return LoadLosses(*(sure[1:] / self.values[0]).tolist())
+        stiffer, *losses = self.sure.tolist()
+        return LoadLosses(*(each / stiffer for each in losses))
 
     def after(
         self,
@@ -79,10 +97,5 @@ class LoadFit:
         information, found = regressed(prior, self.values, rows, values, least)
         if not np.isfinite(found).all() or abs(found[0] - 1.0) > 10.0 * _STIFFER:
             return self
-        return replace(
-            self,
-            information=information,
-            values=found,
-            rows=self.rows + len(values),
-            arm=replace(arm, mass_2=m2 / float(found[0])),
-        )
+        fit = replace(self, information=information, values=found, rows=self.rows + len(values))
+        return replace(fit, arm=replace(arm, mass_2=m2 / float(fit.sure[0])))

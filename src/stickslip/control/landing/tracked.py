@@ -51,6 +51,7 @@ _KEPT = LAGS + 2  # deviations, for the delay
 _ROUNDING = 1e-6  # samples
 _LATE = 0.1  # of a sample, that a sample may be late
 _STAYS = 0.02  # of the move, planned while mass 1 rests: it does not move, or is not seen to
+_SEES, _SURELY = 8, 3.0  # samples, bands of rest in which a mass that moves is seen to
 _PULSES = 300.0  # in half a swing at most
 _DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
 _NUDGED, _NUDGES = 0.02, 8  # of the move; pulses on mass 1 alone
@@ -239,16 +240,16 @@ class TrackedLandingController(LandingController):
         """Take a sample; return the state after it and the effort until the next [N or N m]."""
         if self._readable(sample):
             seen, last = self._with_load(state, sample), state.last
-            if seen is sample and last is not None and self._follows(last, sample):
-                state = replace(state, lag=state.lag.after(self._estimated_arm(state), last, sample))
+            if last is not None and self._follows(last, sample):
+                spring = self._estimated_arm(state) if seen is sample else None
+                state = replace(state, lag=state.lag.after(last, sample, spring))
             state = replace(state, last=seen, computed=state.computed or seen is not sample)
             sample = self._prompt(state, seen)
         return super().step(state, sample)
 
     def _follows(self, last: SensorSample, sample: SensorSample) -> bool:
-        """Return whether two samples with a measured load are successive."""
-        late = abs(sample.time - last.time - self.sampling_time) > _LATE * self.sampling_time
-        return not late and isfinite(last.measured_load_velocity)
+        """Return whether two samples are successive."""
+        return abs(sample.time - last.time - self.sampling_time) <= _LATE * self.sampling_time
 
     def _lag(self, state: Any) -> float:
         """Return the lag of measured velocities [s]."""
@@ -285,6 +286,7 @@ class TrackedLandingController(LandingController):
         if last is None:
             x1 = sample.measured_position
             return sample._replace(measured_load_position=x1, measured_load_velocity=0.0)
+        given = sample
         arm = self._estimated_arm(state)
         w = sqrt(arm.stiffness / arm.mass_2)
         dt = sample.time - last.time
@@ -294,6 +296,9 @@ class TrackedLandingController(LandingController):
                 measured_load_velocity=last.measured_load_velocity,
             )
         x, v = last.measured_position, last.measured_velocity
+        if self._lag(state) > 0.0:  # positions alone
+            v = (sample.measured_position - x) / dt
+            sample = sample._replace(measured_velocity=v)
         # x1 = x + v t + a t^2/2 + j t^3/6 through both samples
         d, e = sample.measured_position - x - v * dt, sample.measured_velocity - v
         a, j = (6.0 * d / dt - 2.0 * e) / dt, (6.0 * e - 12.0 * d / dt) / dt**2
@@ -304,7 +309,7 @@ class TrackedLandingController(LandingController):
         c, s = np.cos(w * dt), np.sin(w * dt)
         place = sample.measured_position - (a + j * dt) / ww
         speed = sample.measured_velocity - j / ww
-        return sample._replace(
+        return given._replace(
             measured_load_position=float(place + offset * c + rate / w * s),
             measured_load_velocity=float(speed + rate * c - offset * w * s),
         )
@@ -498,7 +503,9 @@ class TrackedLandingController(LandingController):
         now = min(state.sent, len(series.position) - 1)
         since = max(now - state.window.count, 0)
         planned = abs(float(series.position[now] - series.position[since]))
-        return bool(planned > _STAYS * state.travel)
+        whole = max(state.travel, abs(series.target - float(series.position[0])))
+        least = max(_STAYS * whole, _SURELY * self._band)
+        return bool(state.window.count >= _SEES and planned > least)
 
     def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
         """Return the state, with what follows a rest on the way planned anew where it is off."""

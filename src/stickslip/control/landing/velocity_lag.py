@@ -17,9 +17,10 @@ _LEAST, _MOST = 0.02, 4.0  # samples
 class VelocityLag:
     """Estimate of the time by which measured velocities are late.
 
-    The mean velocity of mass 2 over a sample is d = (x2 - x2_) / T - (v2 + v2_) / 2 more than the
-    mean of the measured ones, and d = a tau with its acceleration a = ks (x1 - x2) / m2. It is a
-    regression of d on a, which positions alone give.
+    The mean velocity over a sample is d = (x - x_) / T - (v + v_) / 2 more than the mean of the
+    measured ones, and d = a tau with the acceleration a. It is a regression of d on a: of mass 2,
+    a = ks (x1 - x2) / m2 by positions alone; where the load is not measured of mass 1, by its
+    velocities, which is exact for differences of positions.
 
     Attributes
     ----------
@@ -30,13 +31,20 @@ class VelocityLag:
     products: float = 0.0
     squares: float = 0.0
 
-    def after(self, arm: FlexibleArm, last: SensorSample, sample: SensorSample) -> "VelocityLag":
-        """Return the estimate after two successive samples with a measured load."""
+    def after(
+        self, last: SensorSample, sample: SensorSample, arm: FlexibleArm | None
+    ) -> "VelocityLag":
+        """Return the estimate after two successive samples; without an arm by mass 1."""
         dt = sample.time - last.time
-        travel = sample.measured_load_position - last.measured_load_position
-        speed = 0.5 * (sample.measured_load_velocity + last.measured_load_velocity)
-        a = 0.5 * (acceleration(arm, last) + acceleration(arm, sample))
-        d = travel / dt - speed
+        if arm is None:
+            travel = sample.measured_position - last.measured_position
+            before, now = last.measured_velocity, sample.measured_velocity
+            a = (now - before) / dt
+        else:
+            travel = sample.measured_load_position - last.measured_load_position
+            before, now = last.measured_load_velocity, sample.measured_load_velocity
+            a = 0.5 * (acceleration(arm, last) + acceleration(arm, sample))
+        d = travel / dt - 0.5 * (before + now)
         return replace(self, products=self.products + a * d, squares=self.squares + a * a)
 
     def estimate(self, sampling_time: float, noise: tuple[float, float]) -> float:
