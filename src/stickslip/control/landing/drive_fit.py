@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from stickslip.plants import FlexibleArm
 
@@ -89,12 +89,13 @@ class DriveFit:
         past = np.concatenate((np.zeros(LAGS - 1), effort[:n]))
         lags = [T * past[LAGS - 1 - j : LAGS - 1 - j + n] for j in range(LAGS)]
         columns = (*lags, np.full(n, -way * T), -np.diff(x))
-        rows = np.column_stack(columns)[slips]
+        rows = np.column_stack(columns)
         # Not a row in which mass 1 breaks away or stops
-        values = (m1 * np.diff(v) + arm.stiffness * pulled)[slips]
+        values = m1 * np.diff(v) + arm.stiffness * pulled
+        rows, values = momenta(rows, values, slips, noisy=velocity_noise > 0.0)
         if len(values) < _FEWEST:
             return self
-        least = (_EXACT * T * float(np.abs(effort).max())) ** 2 + 2.0 * (m1 * velocity_noise) ** 2
+        least = (_EXACT * T * float(np.abs(effort).max())) ** 2 + (m1 * velocity_noise) ** 2
         information, found = regressed(self.information, self.values, rows, values, least)
         if not np.isfinite(found).all():
             return self
@@ -107,6 +108,30 @@ def integrals(
     """Return the integral of a signal over each sample, of it and its rate (Hermite)."""
     T = sampling_time
     return 0.5 * T * (signal[1:] + signal[:-1]) + T * T / 12.0 * (rate[:-1] - rate[1:])
+
+
+def momenta(
+    rows: Float[np.ndarray, "n p"],
+    values: Float[np.ndarray, " n"],
+    used: Bool[np.ndarray, " n"],
+    *,
+    noisy: bool,
+) -> tuple[Float[np.ndarray, "k p"], Float[np.ndarray, " k"]]:
+    """Return the rows that are used; with noisy velocities those of the momentum since they began.
+
+    Changes of a momentum over a sample have noise that is undone in the next one. The momentum in
+    each stretch of used rows has white noise about a mean, which is removed.
+    """
+    if not noisy:
+        return rows[used], values[used]
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], used, [False])).astype(np.int8)))
+    parts = [np.empty((0, rows.shape[1] + 1))]
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        part = np.column_stack((rows[begin:end], values[begin:end]))
+        summed = np.vstack((np.zeros(part.shape[1]), np.cumsum(part, axis=0)))
+        parts.append(summed - summed.mean(axis=0))
+    whole = np.vstack(parts)
+    return whole[:, :-1], whole[:, -1]
 
 
 def regressed(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.landing.drive_fit import integrals, regressed
+from stickslip.control.landing.drive_fit import integrals, momenta, regressed
 from stickslip.planning import NO_LOSSES, LoadLosses
 from stickslip.plants import FlexibleArm
 
@@ -84,16 +84,16 @@ class LoadFit:
         speed = np.abs(v2)
         moves = speed > max(4.0 * velocity_noise, _STICKS * float(speed.max()))
         used = moves[1:] & moves[:-1] & (way[1:] == way[:-1]) & np.isfinite(force)
-        values = (m2 * np.diff(v2))[used]
+        columns = (force, np.diff(stretch), -T * way[1:], -np.diff(x2))
+        rows, values = np.column_stack(columns), m2 * np.diff(v2)
+        rows, values = momenta(rows, values, used, noisy=velocity_noise > 0.0)
         if len(values) < _FEWEST:
             return self
-        columns = (force, np.diff(stretch), -T * way[1:], -np.diff(x2))
-        rows = np.column_stack(columns)[used]
         viscous = _DAMPING * np.sqrt(arm.stiffness * m2)
         spread = np.array([_STIFFER, viscous, _DRY * coulomb_friction, viscous])
         prior = self.information if self.rows else np.diag(spread**-2.0)
         largest = float(np.abs(force[used]).max())
-        least = (_EXACT * largest) ** 2 + 2.0 * (m2 * velocity_noise) ** 2
+        least = (_EXACT * largest) ** 2 + (m2 * velocity_noise) ** 2
         information, found = regressed(prior, self.values, rows, values, least)
         if not np.isfinite(found).all() or abs(found[0] - 1.0) > 10.0 * _STIFFER:
             return self
