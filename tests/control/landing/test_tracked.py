@@ -9,7 +9,7 @@ from landing_runs import landing_settings
 from scipy.integrate import solve_ivp
 
 from stickslip.control import TrackedBeside, TrackedLandingController
-from stickslip.control.landing.drive_fit import DriveFit
+from stickslip.control.landing.drive_fit import DriveFit, SeenSeries
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
@@ -46,6 +46,24 @@ def integrated(effort: np.ndarray, delay: float, gain: float) -> np.ndarray:
     return np.array(states)
 
 
+def series(effort: np.ndarray, seen: np.ndarray, velocity_noise: float = 0.0) -> SeenSeries:
+    return SeenSeries(
+        arm=ARM, effort=effort, seen=seen, sampling_time=T, velocity_noise=velocity_noise
+    )
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize("most", [0.52, 0.6, 1.0])
+def test_a_limit_of_the_drive_is_seen(most: float, noise: float) -> None:
+    generator = np.random.default_rng(3)
+    effort = np.repeat(generator.uniform(0.2, 0.8, 20), 5)
+    seen = integrated(np.minimum(effort, most), 0.0, 1.0)
+    seen = seen + generator.normal(size=seen.shape) * [0.1 * noise, noise, 0.1 * noise, noise]
+    first = DriveFit.first(0.1, 0.0, np.diag([0.01, 0.25]))
+    found = first.clipped(series(effort, seen, noise), 1.0)
+    assert found == pytest.approx(most, abs=0.011)
+
+
 @pytest.mark.parametrize(("delay", "gain"), [(0.0, 1.0), (0.25, 1.03), (1.0, 0.9), (2.0, 1.0)])
 def test_friction_delay_and_gain_are_those_of_the_drive(delay: float, gain: float) -> None:
     generator = np.random.default_rng(3)
@@ -53,7 +71,7 @@ def test_friction_delay_and_gain_are_those_of_the_drive(delay: float, gain: floa
     seen = integrated(effort, delay, gain)
     first = DriveFit.first(0.1, 0.0, np.diag([0.01, 0.25]))
     # The efforts before the first sample were others
-    fit = first.after(ARM, effort, seen, sampling_time=T, velocity_noise=0.0)
+    fit = first.after(series(effort, seen), LIMIT)
     assert fit.delay == pytest.approx(delay, abs=0.02)
     assert fit.gain == pytest.approx(gain, rel=0.002)
     assert fit.friction[0] == pytest.approx(0.15, rel=0.01)
@@ -67,7 +85,7 @@ def test_intervals_of_friction_cover_it_with_noise() -> None:
     off = []
     for seed in range(40):
         noise = np.random.default_rng(seed).normal(size=seen.shape) * [1e-5, 1e-3, 1e-5, 1e-3]
-        fit = first.after(ARM, effort, seen + noise, sampling_time=T, velocity_noise=1e-3)
+        fit = first.after(series(effort, seen + noise, velocity_noise=1e-3), LIMIT)
         spread = np.sqrt(np.diag(fit.covariance))
         off.append((np.array(fit.friction) - (0.15, 0.1)) / spread)
     # 95 % of the intervals and not much fewer

@@ -60,7 +60,7 @@ def test_noise_is_no_lag() -> None:
 
 def test_positions_become_as_late_as_velocities() -> None:
     time, lag = np.arange(300) * T, 1.5 * T
-    x, v = swing(time)
+    x, _ = swing(time)
     seen = np.column_stack([x, swing(time - lag)[1], x, swing(time - lag)[1]])
     late = with_lag(seen, lag, T)
     np.testing.assert_allclose(late[10:, 0], swing(time[10:] - lag)[0], atol=2e-5)

@@ -320,11 +320,12 @@ class ArmPlans(Supervisor[LandingState]):
                 static_friction=static,
                 offset=arm.friction.offset,
             )
-            longest = self._longest(arm, coulomb, abs(error) + amplitude)
+            limit = self._plan_limit(state)
+            longest = self._longest(arm, coulomb, abs(error) + amplitude, limit)
             planner = PulseSeriesPlanner(
                 arm=replace(arm, friction=friction),
                 sampling_time=self.sampling_time,
-                effort_limit=self._plan_limit,
+                effort_limit=limit,
                 excess=_EXCESS,
                 impulse_gap=_GAP,
                 rest_on_the_way=True,
@@ -366,9 +367,9 @@ class ArmPlans(Supervisor[LandingState]):
             swing.position + side * share * least for share in _BEYOND for side in (ahead, -ahead)
         ]
 
-    @property
-    def _plan_limit(self) -> float:
-        """Largest effort of a series."""
+    def _plan_limit(self, state: LandingState) -> float:
+        """Return the largest effort of a series."""
+        del state
         return self.effort_limit
 
     def _slowest(self, state: LandingState, travel: float) -> float:
@@ -391,12 +392,11 @@ class ArmPlans(Supervisor[LandingState]):
         del state
         return NO_LOSSES
 
-    def _longest(self, arm: FlexibleArm, coulomb: float, travel: float) -> float:
-        """Return the longest duration of a series over a travel [s]."""
+    def _longest(self, arm: FlexibleArm, coulomb: float, travel: float, limit: float) -> float:
+        """Return the longest duration of a series over a travel, with an effort limit [s]."""
         if self.longest_series is not None:
             return self.longest_series
         mass = arm.mass_1 + arm.mass_2
-        limit = self._plan_limit
         free = max(limit - coulomb, (1.0 - _MOST_STATIC) * limit)
         rigid = 2.0 * sqrt(_BEYOND[-1] * travel * mass / free)
         return self._slack * (rigid + 2.0 * pi * sqrt(arm.mass_2 / arm.stiffness))
@@ -475,7 +475,7 @@ class ArmPlans(Supervisor[LandingState]):
         stayed = abs(swing.position - last.planned.position[0]) <= self._band
         if stayed or flight.late:
             coulomb, _ = self._friction(state)
-            most = max(_MOST_STATIC * self._plan_limit / coulomb, state.static_ratio)
+            most = max(_MOST_STATIC * self._plan_limit(state) / coulomb, state.static_ratio)
             state = replace(state, static_ratio=min(_STATIC_STEP * state.static_ratio, most))
         missed = max(abs(swing.position - last.planned.target), swing.amplitude)
         unexplained = missed > max(self.tolerance, self._by_noise(last.planned))

@@ -1,6 +1,7 @@
 """Friction, delay and gain of the drive of an arm by the momentum of mass 1 along a series."""
 
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -12,6 +13,8 @@ _LAG_SPREAD = 0.5  # prior standard deviation of the share of each
 _GAINS = (0.7, 1.3)  # of the drive: others are an error of the model
 _FEWEST = 20  # rows of a fit
 _REFITS = 4
+_CLIPS = tuple(np.arange(0.98, 0.49, -0.02).tolist())  # of the limit, where efforts may be clipped
+_CLEARER = 0.25  # squared residuals with clipped efforts over those without
 _MOST_CORRELATED = 0.98
 _EXACT = 1e-6  # residual of a row over the largest effort: more is not taken for certain
 
@@ -23,13 +26,15 @@ class DriveFit:
     m1 (v_{k+1} - v_k) + ks int (x1 - x2) dt = T sum_j w_j u_{k-j} - f_c T sign(v) - c (x_{k+1} -
     x_k) while mass 1 slips one way. The delay is sum_j j w_j / sum_j w_j samples, the gain of the
     drive sum_j w_j. It is Bayesian linear regression with normal prior. Where the motion that it
-    was seen by is late, by ``lag`` samples, that is part of the fitted shares.
+    was seen by is late, by ``lag`` samples, that is part of the fitted shares. Efforts beyond
+    ``most`` are clipped.
     """
 
     information: Float[np.ndarray, "p p"]
     values: Float[np.ndarray, " p"]
     rows: int = 0
     lag: float = 0.0
+    most: float = inf
 
     @classmethod
     def first(
@@ -66,40 +71,72 @@ class DriveFit:
         coulomb, viscous = self.values[LAGS:].tolist()
         return coulomb, viscous
 
-    def after(
-        self,
-        arm: FlexibleArm,
-        effort: Float[np.ndarray, " n"],
-        seen: Float[np.ndarray, "m 4"],
-        *,
-        sampling_time: float,
-        velocity_noise: float,
-    ) -> "DriveFit":
-        """Return the estimate after a series of efforts and its samples, one at its begin.
+    def after(self, series: "SeenSeries", limit: float) -> "DriveFit":
+        """Return the estimate after a series whose efforts were clipped at a limit [N or N m].
 
         The weight of a row is that of the residuals of the series.
         """
-        n, T, m1 = min(effort.size, len(seen) - 1), sampling_time, arm.mass_1
-        x, v = seen[: n + 1, 0], seen[: n + 1, 1]
-        stretch, rate = x - seen[: n + 1, 2], v - seen[: n + 1, 3]
+        fitted = self._fitted(series, limit)
+        if fitted is None:
+            return self
+        information, found, rows, _ = fitted
+        return replace(self, information=information, values=found, rows=self.rows + rows)
+
+    def clipped(self, series: "SeenSeries", limit: float) -> float:
+        """Return the magnitude at which the efforts of a series were clipped, at most a limit.
+
+        It is that with the smallest residuals of the fit, if they are far below those without.
+        """
+        plain = self._fitted(series, limit)
+        if plain is None:
+            return limit
+        found, smallest = limit, _CLEARER * plain[-1]
+        for share in _CLIPS:
+            clip = share * limit
+            if np.sum(np.abs(series.effort) > clip) < _FEWEST // 2:
+                continue
+            fitted = self._fitted(series, clip)
+            if fitted is not None and fitted[-1] < smallest:
+                found, smallest = clip, fitted[-1]
+        return found
+
+    def _fitted(
+        self, series: "SeenSeries", limit: float
+    ) -> tuple[Float[np.ndarray, "p p"], Float[np.ndarray, " p"], int, float] | None:
+        """Return information, values, rows and the sum of squared residuals; None for too few."""
+        arm, T, noise = series.arm, series.sampling_time, series.velocity_noise
+        n, m1 = min(series.effort.size, len(series.seen) - 1), arm.mass_1
+        effort, seen = np.clip(series.effort[:n], -limit, limit), series.seen[: n + 1]
+        x, v = seen[:, 0], seen[:, 1]
+        stretch, rate = x - seen[:, 2], v - seen[:, 3]
         pulled = integrals(stretch, rate, T)
         way = 1.0 if np.nansum(v) > 0.0 else -1.0
-        fast = way * v > 4.0 * velocity_noise
+        fast = way * v > 4.0 * noise
         slips = fast[1:] & fast[:-1] & np.isfinite(pulled)
-        past = np.concatenate((np.zeros(LAGS - 1), effort[:n]))
+        past = np.concatenate((np.zeros(LAGS - 1), effort))
         lags = [T * past[LAGS - 1 - j : LAGS - 1 - j + n] for j in range(LAGS)]
-        columns = (*lags, np.full(n, -way * T), -np.diff(x))
-        rows = np.column_stack(columns)
+        rows = np.column_stack((*lags, np.full(n, -way * T), -np.diff(x)))
         # Not a row in which mass 1 breaks away or stops
         values = m1 * np.diff(v) + arm.stiffness * pulled
-        rows, values = momenta(rows, values, slips, noisy=velocity_noise > 0.0)
+        rows, values = momenta(rows, values, slips, noisy=noise > 0.0)
         if len(values) < _FEWEST:
-            return self
-        least = (_EXACT * T * float(np.abs(effort).max())) ** 2 + (m1 * velocity_noise) ** 2
+            return None
+        least = (_EXACT * T * float(np.abs(effort).max())) ** 2 + (m1 * noise) ** 2
         information, found = regressed(self.information, self.values, rows, values, least)
         if not np.isfinite(found).all():
-            return self
-        return replace(self, information=information, values=found, rows=self.rows + len(values))
+            return None
+        return information, found, len(values), float(np.sum((values - rows @ found) ** 2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeenSeries:
+    """Efforts of a series, and the samples of positions and velocities, one at its begin."""
+
+    arm: FlexibleArm
+    effort: Float[np.ndarray, " n"]
+    seen: Float[np.ndarray, "m 4"]
+    sampling_time: float
+    velocity_noise: float
 
 
 def integrals(

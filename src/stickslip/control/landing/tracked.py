@@ -26,7 +26,7 @@ from stickslip.control.landing.correction import (
     Tracking,
     before,
 )
-from stickslip.control.landing.drive_fit import LAGS, DriveFit
+from stickslip.control.landing.drive_fit import LAGS, DriveFit, SeenSeries
 from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.supervisor import LEAST_FRICTION
@@ -219,9 +219,8 @@ class TrackedLandingController(LandingController):
         # Bristles give way a little
         return max(super()._band, _GIVES_WAY * self.tolerance)
 
-    @property
-    def _plan_limit(self) -> float:
-        return _SHARE * self.effort_limit
+    def _plan_limit(self, state: Any) -> float:
+        return _SHARE * self._most(state)
 
     @property
     def _pulse_samples(self) -> int:
@@ -265,7 +264,10 @@ class TrackedLandingController(LandingController):
         if not state.computed:
             v2 += lag * acceleration(self._estimated_arm(state), sample)
         if state.phases and state.phase.name == "series" and not state.braking:
-            series, k = state.flights[-1].planned, state.sent - state.flights[-1].planned.drive.delay
+            series, k = (
+                state.flights[-1].planned,
+                state.sent - state.flights[-1].planned.drive.delay,
+            )
             v1 += series.at(k)[1] - series.at(k - lag / self.sampling_time)[1]
         return sample._replace(measured_velocity=v1, measured_load_velocity=v2)
 
@@ -408,7 +410,7 @@ class TrackedLandingController(LandingController):
         tracking = Tracking(
             pole=pole,
             settling=max(1, ceil(_SETTLING / pole / self.sampling_time)),
-            limit=_CORRECTING * self.effort_limit,
+            limit=_CORRECTING * self._most(state),
             noise=(self.position_noise, self.velocity_noise),
             learned=state.load.rows > 0,
         )
@@ -475,7 +477,7 @@ class TrackedLandingController(LandingController):
         rate = sample.measured_velocity - sample.measured_load_velocity - (v - v2)
         feedback += series.losses.damping * rate
         u = (float(series.effort[k]) + feedback + state.integral) / drive.gain
-        limit = self.effort_limit
+        limit = self._most(state)
         if abs(u) < limit and v != 0.0:
             gain = _INTEGRAL * arm.mass_1 * p**3
             state = replace(state, integral=state.integral + gain * e * T)
@@ -487,7 +489,7 @@ class TrackedLandingController(LandingController):
             state = self._on_the_way(state, sample)
         if state.phase.name == "series":
             series = state.flights[-1].planned
-            if self._stays(state):
+            if self._stays(state, sample):
                 reason = "mass 1 does not move as planned, or its sensor does not show it"
                 return self._enter(state, sample, "stopped", reason)
             over = state.sent >= series.moving + series.drive.delay + _AT_ONCE
@@ -497,15 +499,19 @@ class TrackedLandingController(LandingController):
                 )
         return super()._transition(state, sample)
 
-    def _stays(self, state: Any) -> bool:
-        """Return whether mass 1 rests where it was to move: it cannot, or its sensor is frozen."""
+    def _stays(self, state: Any, sample: SensorSample) -> bool:
+        """Return whether mass 1 rests behind where it was to move to.
+
+        It cannot move, or its sensor is frozen.
+        """
         series = state.flights[-1].planned
         now = min(state.sent, len(series.position) - 1)
         since = max(now - state.window.count, 0)
         planned = abs(float(series.position[now] - series.position[since]))
         whole = max(state.travel, abs(series.target - float(series.position[0])))
         least = max(_STAYS * whole, _SURELY * self._band)
-        return bool(state.window.count >= _SEES and planned > least)
+        behind = series.direction * (float(series.position[now]) - sample.measured_position)
+        return bool(state.window.count >= _SEES and min(planned, behind) > least)
 
     def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
         """Return the state, with what follows a rest on the way planned anew where it is off."""
@@ -589,7 +595,7 @@ class TrackedLandingController(LandingController):
         coulomb, _ = self._friction(state)
         mass, T = self._estimated_arm(state).mass_1, self.sampling_time
         product = 2.0 * mass * coulomb * abs(error)
-        largest = self._plan_limit
+        largest = self._plan_limit(state)
         if largest <= coulomb:
             return None
         samples = max(1, ceil(sqrt(product / (largest * (largest - coulomb))) / T))
@@ -631,14 +637,32 @@ class TrackedLandingController(LandingController):
         self, state: Any, sent: Float[np.ndarray, " n"], seen: Float[np.ndarray, "m 4"]
     ) -> dict[str, Any]:
         """Return the estimates of drive and load after a series."""
-        settings = {"sampling_time": self.sampling_time, "velocity_noise": self.velocity_noise}
-        drive = self._drive(state).after(self._estimated_arm(state), sent, seen, **settings)
-        drive = replace(drive, lag=self._lag(state) / self.sampling_time)
+        series = SeenSeries(
+            arm=self._estimated_arm(state),
+            effort=sent,
+            seen=seen,
+            sampling_time=self.sampling_time,
+            velocity_noise=self.velocity_noise,
+        )
+        before = self._drive(state)
+        most = before.clipped(series, self._most(state))
+        drive = before.after(series, most)
+        drive = replace(drive, most=most, lag=self._lag(state) / self.sampling_time)
         if state.computed or state.belief is not None:
             return {"drive": drive}
         coulomb = max(drive.friction[0], LEAST_FRICTION * self.effort_limit)
-        load = state.load.after(self.arm, seen, coulomb_friction=coulomb, **settings)
+        load = state.load.after(
+            self.arm,
+            seen,
+            coulomb_friction=coulomb,
+            sampling_time=self.sampling_time,
+            velocity_noise=self.velocity_noise,
+        )
         return {"drive": drive, "load": load}
+
+    def _most(self, state: Any) -> float:
+        """Return the largest effort that acts: the limit, or less where the drive clips it."""
+        return min(self.effort_limit, self._drive(state).most)
 
     def _answer(self, request: PlanRequest, state: Any, planned: Any) -> PlanAnswer:
         plain = super()._answer(request, state, planned)
