@@ -62,6 +62,8 @@ class Channels:
         True effort limit over the limit of the controller [-].
     push
         Force against the axis over the effort limit, for 50 ms at half of the time [-].
+    velocity
+        Whether the velocities of an arm are measured.
     noise
         Of the sensors of an arm, given the sampling time [s]; None for exact sensors.
     """
@@ -76,6 +78,7 @@ class Channels:
     effort_step: float = 0.0
     clip: float = 1.0
     push: float = 0.0
+    velocity: bool = True
     noise: Callable[[float], Noise] | None = None
 
 
@@ -258,6 +261,13 @@ ARM_CASES = (
         name="encoders of 1e-5 m, differentiated",
         channels=Channels(noise=lambda T: Noise.of_encoder(1e-5, T)),
     ),
+    Case(
+        name="encoders of 1e-5 m, no velocity",
+        channels=Channels(noise=lambda _: Noise(step=1e-5), velocity=False),
+    ),
+    Case(name="glitches, 1 %", channels=Channels(glitches=0.01)),
+    Case(name="push of 80 % of the limit", channels=Channels(push=0.8)),
+    Case(name="another target during the move", retargeted=2.0),
     Case(
         name="noise of 1e-6 m and 1e-5 m/s, all mild faults",
         plant=_all_mild_arm,

@@ -50,16 +50,12 @@ class Axis:
     encoder_step: float
     seed: int
     velocity_noise: float = 0.0
+    velocity: bool = True
 
     @property
     def flexible(self) -> bool:
         """Whether it is an arm."""
         return self.plant.load_mass > 0.0
-
-    @property
-    def velocity(self) -> bool:
-        """Whether the velocity is measured."""
-        return self.flexible or self.tables["controller"]["method"] == "landing"
 
     def scenario(self) -> Scenario:
         """Return the scenario."""
@@ -181,6 +177,7 @@ def axes(count: int, seed: int, *, method: str, sampling_time: float, ratio: flo
                 noise=1e-6,
                 encoder_step=1e-6,
                 seed=int(generator.integers(2**63)),
+                velocity=method == "landing",
             )
         )
     return drawn
@@ -287,7 +284,11 @@ def move_axis(axis: Axis, case: Case) -> Outcome:
     if channels.noise is not None:
         told = channels.noise(T)
         axis = replace(
-            axis, noise=told.position, velocity_noise=told.velocity, encoder_step=told.step
+            axis,
+            noise=told.position,
+            velocity_noise=told.velocity,
+            encoder_step=told.step,
+            velocity=channels.velocity,
         )
     generator = np.random.default_rng(axis.seed)
     built: Any = axis.scenario().build(Path())
@@ -385,7 +386,9 @@ def _measured(
         load = axis.encoder_step * round(load / axis.encoder_step)
     if not axis.flexible:
         return SensorSample(time, position, v if axis.velocity else nan, nan, nan)
-    if channels.noise is not None and channels.noise(axis.sampling_time).differentiated:
+    if not axis.velocity:
+        v, v2 = nan, nan
+    elif channels.noise is not None and channels.noise(axis.sampling_time).differentiated:
         v, v2 = _differences(position, load, axis, seen)
     elif axis.velocity_noise > 0.0:
         v, v2 = np.array((v, v2)) + axis.velocity_noise * generator.normal(size=2)

@@ -154,7 +154,8 @@ class TrackedLandingController(LandingController):
     An arm off its target by little is corrected by two series, to a place beyond and back, or,
     where mass 1 alone is off, by a pulse. Where two corrections bring it no nearer, it is
     *stopped*. A load that is not measured is computed from the motion of mass 1, from rest at the
-    begin.
+    begin. Velocities that are not measured are differences of positions; what velocities are late
+    by is estimated (`landing.velocity_lag`). ``velocity_noise`` is that of either.
 
     The settings are those of `LandingController`; ``pd`` and ``notch`` are not used. Masses and
     spring are learned only with an ``arm_uncertainty``, and then no losses of the load.
@@ -185,8 +186,8 @@ class TrackedLandingController(LandingController):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Position and velocity of mass 1; the load is computed where it is not measured."""
-        return ("measured_position", "measured_velocity")
+        """Position of mass 1; what else is not measured is computed."""
+        return ("measured_position",)
 
     def warm_up(self) -> None:
         """Compile and load all that steps and plans use."""
@@ -238,13 +239,29 @@ class TrackedLandingController(LandingController):
     def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         """Take a sample; return the state after it and the effort until the next [N or N m]."""
         if self._readable(sample):
-            seen, last = self._with_load(state, sample), state.last
+            last, sample = state.last, self._with_velocities(state, sample)
+            seen = self._with_load(state, sample)
             if last is not None and self._follows(last, sample):
                 spring = self._estimated_arm(state) if seen is sample else None
                 state = replace(state, lag=state.lag.after(last, sample, spring))
             state = replace(state, last=seen, computed=state.computed or seen is not sample)
             sample = self._prompt(state, seen)
         return super().step(state, sample)
+
+    def _with_velocities(self, state: TrackedState, sample: SensorSample) -> SensorSample:
+        """Return the sample with differences of positions for velocities that are not measured."""
+        last = state.last
+        if isfinite(sample.measured_velocity):
+            return sample
+        if last is None:
+            return sample._replace(measured_velocity=0.0, measured_load_velocity=0.0)
+        dt = sample.time - last.time
+        if dt < EARLIEST * self.sampling_time:  # no new information
+            v1, v2 = last.measured_velocity, last.measured_load_velocity
+        else:
+            v1 = (sample.measured_position - last.measured_position) / dt
+            v2 = (sample.measured_load_position - last.measured_load_position) / dt
+        return sample._replace(measured_velocity=v1, measured_load_velocity=v2)
 
     def _follows(self, last: SensorSample, sample: SensorSample) -> bool:
         """Return whether two samples are successive."""

@@ -50,6 +50,7 @@ class _ArmController(Controller):
     beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learned")
     landing: ClassVar[type[LandingController]] = LandingController
     begins: ClassVar[str] = "without any"  # where no friction is guessed
+    differentiates: ClassVar[bool] = False  # positions, where no velocity is measured
 
     def _pd(self) -> PD | None:
         """Return the gains of PD feedback; None for gains by rule, or where there is none."""
@@ -59,7 +60,7 @@ class _ArmController(Controller):
         super().check(setup)
         if setup.axis.bristles:
             raise ScenarioError("arm_on_bristles", where="[axis]", law=setup.axis.law)
-        if setup.sensors.velocity == "none":
+        if setup.sensors.velocity == "none" and not self.differentiates:
             raise ScenarioError("arm_without_velocity", where="[sensors]")
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
@@ -102,7 +103,11 @@ class _ArmController(Controller):
                 **setup.running_prior(first),
             ),
             position_noise=sensors.position_deviation,
-            velocity_noise=sensors.velocity_noise,
+            velocity_noise=(
+                sensors.velocity_noise
+                if sensors.velocity == "measured"
+                else sqrt(2.0) * sensors.position_deviation / task.sampling_time
+            ),
             pd=self._pd(),
             travel=self.limits(setup, first).travel,
             **settings,
@@ -211,6 +216,7 @@ class ArmTracked(_ArmBySeries):
     title: ClassVar[str] = "pulses that end at rest on the target, tracked by feedback"
     landing: ClassVar[type[LandingController]] = TrackedLandingController
     begins: ClassVar[str] = "with a tenth of the effort limit"
+    differentiates: ClassVar[bool] = True
 
 
 class ArmFeedback(_ArmByFeedback):
