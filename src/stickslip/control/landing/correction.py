@@ -34,7 +34,7 @@ _LOOKS = 64  # along a series, for what can be reached
 _LAST = 0.5  # radians of the swing before the end in which what is seen no longer counts
 SEEN = 2.0  # time constants of feedback in which a deviation of mass 2 is taken over
 _EARLY = 0.7  # radians before the end within which the weight falls, so that less is left for then
-_EASY = 0.05  # of the effort limit, that corrects a deviation as large as its standard deviation
+_EASY = 0.15  # of the effort limit, that corrects a deviation as large as its standard deviation
 _UNKNOWN, _LEARNED = 0.03, 1e-3  # of the travel, that mass 2 leaves its plan by in half a swing
 
 Deviation = tuple[float, float, float, float]
