@@ -110,6 +110,7 @@ def flown(
     delay: int = 0,
     lost: float = 0.0,
     load: bool = True,
+    encoder: float = 0.0,
 ) -> tuple[Any, np.ndarray, np.ndarray]:
     """Return the state of the controller, the states of the arm, and the efforts as sent."""
     plant = PlantStepper(ARM, sampling_time=T)
@@ -120,6 +121,9 @@ def flown(
     for k in range(round(seconds / T)):
         x, v, x2, v2 = motion
         sample = SensorSample(k * T, x, v, x2 if load else np.nan, v2 if load else np.nan)
+        if encoder > 0.0:  # positions alone
+            place, place_2 = encoder * np.round(np.array((x, x2)) / encoder)
+            sample = SensorSample(k * T, float(place), np.nan, float(place_2), np.nan)
         if generator.uniform() < lost:
             state, effort = landing.blind(state, k * T)
         else:
@@ -157,6 +161,21 @@ def test_the_arm_lands_without_knowing_friction(faults: dict[str, Any]) -> None:
     assert landing.estimates(state)["coulomb_friction"] == pytest.approx(0.15, rel=0.02)
 
 
+def test_the_arm_lands_by_encoders_alone() -> None:
+    step = 1e-5
+    landing = controller(
+        tolerance=5e-5,
+        position_noise=step / np.sqrt(12.0),
+        velocity_noise=step / (np.sqrt(6.0) * T),
+    )
+    state, path, _ = flown(landing, 40.0, encoder=step)
+    assert landing.outcome(state) is PositioningOutcome.REACHED
+    assert off(path, 1.0) <= 5e-5
+    assert state.drive.lag == pytest.approx(0.5, rel=0.02)
+    assert state.drive.delay == pytest.approx(0.0, abs=0.1)
+    assert landing.estimates(state)["coulomb_friction"] == pytest.approx(0.15, rel=0.02)
+
+
 def test_one_series_does_with_friction_known() -> None:
     landing = controller(arm=ARM, estimator=EnergyEstimator(
         force_noise=0.0, inertia=1.2, load_inertia=0.8, stiffness=1.5, offset=False,
@@ -186,19 +205,22 @@ def test_a_series_whose_motion_is_not_seen_is_stopped() -> None:
     assert 0.0 < farthest < 0.5  # of a move of 1 m
 
 
-@pytest.mark.slow
-def test_a_new_target_in_motion_brakes_and_goes_there() -> None:
+@pytest.mark.parametrize(
+    ("when", "target"),
+    [(1.0, -0.5), (2.0, 0.5), pytest.param(2.4, 0.45, marks=pytest.mark.slow)],
+)
+def test_a_new_target_in_motion_brakes_and_goes_there(when: float, target: float) -> None:
     landing = controller()
     plant = PlantStepper(ARM, sampling_time=T)
     arm, motion = plant.init(), (0.0, 0.0, 0.0, 0.0)
     state = landing.init()
-    for k in range(round(70.0 / T)):
-        if k == 100:
-            state = landing.retargeted(state, -0.5)
+    for k in range(round(50.0 / T)):
+        if k == round(when / T):
+            state = landing.retargeted(state, target)
         state, effort = landing.step(state, SensorSample(k * T, *motion))
         arm, motion = plant.step(arm, effort)
     assert landing.outcome(state) is PositioningOutcome.REACHED
-    assert abs(motion[0] + 0.5) <= WITHIN
+    assert abs(motion[0] - target) <= WITHIN
 
 
 @pytest.mark.slow

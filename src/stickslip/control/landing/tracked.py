@@ -290,8 +290,10 @@ class TrackedLandingController(LandingController):
 
     def _tracked(self, state: Any, sample: SensorSample) -> Any:
         # As measured: what is learned afterwards knows the lag better
-        seen = isfinite(sample.measured_position) and state.last is not None
-        return super()._tracked(state, state.last if seen else sample)
+        last: SensorSample | None = state.last
+        if last is None or not isfinite(sample.measured_position):
+            return super()._tracked(state, sample)
+        return super()._tracked(state, last)
 
     def _with_load(self, state: TrackedState, sample: SensorSample) -> SensorSample:
         """Return the sample with position and velocity of mass 2, computed if not measured.
