@@ -104,6 +104,8 @@ def compare(progress: Progress) -> list[Comparison]:
         Where progress is shown.
     """
     asked = [
+        (AXIS_CONTROLLERS, "precise", _AXIS_LIMIT),
+        (AXIS_CONTROLLERS, "profile", _AXIS_LIMIT),
         (AXIS_CONTROLLERS, "exact", _AXIS_LIMIT),
         (AXIS_CONTROLLERS, "landing", _AXIS_LIMIT),
         (AXIS_CONTROLLERS, "pid", _AXIS_LIMIT),

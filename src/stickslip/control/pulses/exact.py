@@ -1,5 +1,6 @@
 """Pulse control by the exact law, which learns the friction of both directions from each pulse."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import exp, inf, log, sqrt
 from typing import Any, ClassVar
@@ -206,10 +207,10 @@ class ExactPulseController(PulseController):
         own.rest_noise = max(rest_noise, _FINEST_REST * self.tolerance)
         own.max_idle_pulses = self.max_idle_pulses
         own.best = own.half_error = own.allowed = inf
-        known = self._guess() if self.experience is None else self.experience
-        values = known.values
+        known = self.experience
+        values, P = self._guess() if known is None else (known.values, known.covariance)
         own.values = [log(values[name]) for name in _LOGARITHMS]
-        own.covariance = known.covariance
+        own.covariance = P
         own.breakaway = [values[name] for name in _STATIC]
         own.held = [values[name] for name in _HELD]
         own.moved_at = [min(values[name], self.effort_limit) for name in _FREED]
@@ -217,8 +218,8 @@ class ExactPulseController(PulseController):
         own.walk = values[_WALK] ** 2
         return state
 
-    def _guess(self) -> LearnedPulses:
-        """Return the first guesses in the form of what is learned."""
+    def _guess(self) -> tuple[Mapping[str, float], Float[np.ndarray, "p p"]]:
+        """Return values and covariance of the first guesses, as of what is learned."""
         law, mass = self.friction, self.mass
         if law is None or mass is None:
             raise InputError("no_first_guess", names=("mass", "friction"))
@@ -232,16 +233,14 @@ class ExactPulseController(PulseController):
         P[0, 0] = self.mass_uncertainty**2
         for i in (at.COULOMB, at.VISCOUS):
             P[i : i + 2, i : i + 2] = both + apart * np.eye(2)
-        return self._learned(
-            {
-                **dict(zip(_LOGARITHMS, (mass, *coulomb, *viscous), strict=True)),
-                **dict(zip(_STATIC, static, strict=True)),
-                **dict.fromkeys(_HELD, 0.0),
-                **dict.fromkeys(_FREED, self.effort_limit),
-                _WALK: _FIRST_WALK,
-            },
-            P,
-        )
+        values = {
+            **dict(zip(_LOGARITHMS, (mass, *coulomb, *viscous), strict=True)),
+            **dict(zip(_STATIC, static, strict=True)),
+            **dict.fromkeys(_HELD, 0.0),
+            **dict.fromkeys(_FREED, self.effort_limit),
+            _WALK: _FIRST_WALK,
+        }
+        return values, P
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
         """Return the state with another target [m or rad]; a current pulse is finished first."""
@@ -285,7 +284,7 @@ class ExactPulseController(PulseController):
         again = replace(self, experience=learned)
         if keep_covariance:
             return again
-        return replace(self, experience=replace(learned, covariance=self._guess().covariance))
+        return replace(self, experience=replace(learned, covariance=self._guess()[1]))
 
 
 def _resistances(
