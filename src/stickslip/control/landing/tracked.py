@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.guard_kernels import EARLIEST
 from stickslip.control.landing.arm import LandingController
 from stickslip.control.landing.arm_belief import Swing
 from stickslip.control.landing.arm_plan import (
@@ -29,8 +28,14 @@ from stickslip.control.landing.correction import (
 from stickslip.control.landing.drive_fit import LAGS, DriveFit, SeenSeries
 from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.load_fit import LoadFit
+from stickslip.control.landing.sensing import (
+    VelocityLag,
+    acceleration,
+    with_lag,
+    with_load,
+    with_velocities,
+)
 from stickslip.control.landing.supervisor import LEAST_FRICTION
-from stickslip.control.landing.velocity_lag import VelocityLag, acceleration, with_lag
 from stickslip.planning import LoadLosses, PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample, quantity_field
@@ -155,7 +160,7 @@ class TrackedLandingController(LandingController):
     where mass 1 alone is off, by a pulse. Where two corrections bring it no nearer, it is
     *stopped*. A load that is not measured is computed from the motion of mass 1, from rest at the
     begin. Velocities that are not measured are differences of positions; what velocities are late
-    by is estimated (`landing.velocity_lag`). ``velocity_noise`` is that of either.
+    by is estimated (`landing.sensing`). ``velocity_noise`` is that of either.
 
     The settings are those of `LandingController`; ``pd`` and ``notch`` are not used. Masses and
     spring are learned only with an ``arm_uncertainty``, and then no losses of the load.
@@ -239,29 +244,16 @@ class TrackedLandingController(LandingController):
     def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         """Take a sample; return the state after it and the effort until the next [N or N m]."""
         if self._readable(sample):
-            last, sample = state.last, self._with_velocities(state, sample)
-            seen = self._with_load(state, sample)
+            last, T = state.last, self.sampling_time
+            sample = with_velocities(last, sample, T)
+            arm, late = self._estimated_arm(state), self._lag(state) > 0.0
+            seen = with_load(last, sample, arm, T, velocities=not late)
             if last is not None and self._follows(last, sample):
-                spring = self._estimated_arm(state) if seen is sample else None
+                spring = arm if seen is sample else None
                 state = replace(state, lag=state.lag.after(last, sample, spring))
             state = replace(state, last=seen, computed=state.computed or seen is not sample)
             sample = self._prompt(state, seen)
         return super().step(state, sample)
-
-    def _with_velocities(self, state: TrackedState, sample: SensorSample) -> SensorSample:
-        """Return the sample with differences of positions for velocities that are not measured."""
-        last = state.last
-        if isfinite(sample.measured_velocity):
-            return sample
-        if last is None:
-            return sample._replace(measured_velocity=0.0, measured_load_velocity=0.0)
-        dt = sample.time - last.time
-        if dt < EARLIEST * self.sampling_time:  # no new information
-            v1, v2 = last.measured_velocity, last.measured_load_velocity
-        else:
-            v1 = (sample.measured_position - last.measured_position) / dt
-            v2 = (sample.measured_load_position - last.measured_load_position) / dt
-        return sample._replace(measured_velocity=v1, measured_load_velocity=v2)
 
     def _follows(self, last: SensorSample, sample: SensorSample) -> bool:
         """Return whether two samples are successive."""
@@ -294,46 +286,6 @@ class TrackedLandingController(LandingController):
         if last is None or not isfinite(sample.measured_position):
             return super()._tracked(state, sample)
         return super()._tracked(state, last)
-
-    def _with_load(self, state: TrackedState, sample: SensorSample) -> SensorSample:
-        """Return the sample with position and velocity of mass 2, computed if not measured.
-
-        x2'' = w^2 (x1 - x2), exact for the cubic x1(t) through both samples and their velocities.
-        """
-        x2, v2 = sample.measured_load_position, sample.measured_load_velocity
-        if isfinite(x2) and isfinite(v2):
-            return sample
-        last = state.last
-        if last is None:
-            x1 = sample.measured_position
-            return sample._replace(measured_load_position=x1, measured_load_velocity=0.0)
-        given = sample
-        arm = self._estimated_arm(state)
-        w = sqrt(arm.stiffness / arm.mass_2)
-        dt = sample.time - last.time
-        if dt < EARLIEST * self.sampling_time:  # no new information
-            return sample._replace(
-                measured_load_position=last.measured_load_position,
-                measured_load_velocity=last.measured_load_velocity,
-            )
-        x, v = last.measured_position, last.measured_velocity
-        if self._lag(state) > 0.0:  # positions alone
-            v = (sample.measured_position - x) / dt
-            sample = sample._replace(measured_velocity=v)
-        # x1 = x + v t + a t^2/2 + j t^3/6 through both samples
-        d, e = sample.measured_position - x - v * dt, sample.measured_velocity - v
-        a, j = (6.0 * d / dt - 2.0 * e) / dt, (6.0 * e - 12.0 * d / dt) / dt**2
-        # A particular solution is x1 - x1''/w^2; the rest swings freely
-        ww = w * w
-        offset = last.measured_load_position - (x - a / ww)
-        rate = last.measured_load_velocity - (v - j / ww)
-        c, s = np.cos(w * dt), np.sin(w * dt)
-        place = sample.measured_position - (a + j * dt) / ww
-        speed = sample.measured_velocity - j / ww
-        return given._replace(
-            measured_load_position=float(place + offset * c + rate / w * s),
-            measured_load_velocity=float(speed + rate * c - offset * w * s),
-        )
 
     def _towards(self, state: Any, sample: SensorSample) -> Any:
         state = replace(

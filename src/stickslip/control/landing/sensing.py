@@ -1,11 +1,15 @@
-"""Lag of measured velocities: those of a filter, or differences of an encoder over a sample."""
+"""What sensors of an arm do not show: velocities, the load, and how late velocities are.
+
+Velocities of a filter are late, and differences of positions by half a sample.
+"""
 
 from dataclasses import dataclass, replace
-from math import hypot, sqrt
+from math import cos, hypot, isfinite, sin, sqrt
 
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.guard_kernels import EARLIEST
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample
 
@@ -82,3 +86,63 @@ def with_lag(
     for column in (0, 2):
         late[:, column] = np.interp(k - lag / sampling_time, k, seen[:, column])
     return late
+
+
+def with_velocities(
+    last: SensorSample | None, sample: SensorSample, sampling_time: float
+) -> SensorSample:
+    """Return a sample with differences of positions for velocities that are not measured."""
+    if isfinite(sample.measured_velocity):
+        return sample
+    if last is None:
+        return sample._replace(measured_velocity=0.0, measured_load_velocity=0.0)
+    dt = sample.time - last.time
+    if dt < EARLIEST * sampling_time:  # no new information
+        v1, v2 = last.measured_velocity, last.measured_load_velocity
+    else:
+        v1 = (sample.measured_position - last.measured_position) / dt
+        v2 = (sample.measured_load_position - last.measured_load_position) / dt
+    return sample._replace(measured_velocity=v1, measured_load_velocity=v2)
+
+
+def with_load(
+    last: SensorSample | None,
+    sample: SensorSample,
+    arm: FlexibleArm,
+    sampling_time: float,
+    *,
+    velocities: bool,
+) -> SensorSample:
+    """Return a sample with position and velocity of mass 2, computed if not measured.
+
+    x2'' = w^2 (x1 - x2), exact for the cubic x1(t) through the positions and velocities of two
+    samples, or the straight line without ``velocities``.
+    """
+    if isfinite(sample.measured_load_position) and isfinite(sample.measured_load_velocity):
+        return sample
+    x1 = sample.measured_position
+    if last is None:
+        return sample._replace(measured_load_position=x1, measured_load_velocity=0.0)
+    dt = sample.time - last.time
+    if dt < EARLIEST * sampling_time:  # no new information
+        return sample._replace(
+            measured_load_position=last.measured_load_position,
+            measured_load_velocity=last.measured_load_velocity,
+        )
+    x = last.measured_position
+    v, v1 = (x1 - x) / dt, (x1 - x) / dt
+    if velocities:
+        v, v1 = last.measured_velocity, sample.measured_velocity
+    # x1 = x + v t + a t^2/2 + j t^3/6 through both samples
+    d, e = x1 - x - v * dt, v1 - v
+    a, j = (6.0 * d / dt - 2.0 * e) / dt, (6.0 * e - 12.0 * d / dt) / dt**2
+    # A particular solution is x1 - x1''/w^2; the rest swings freely
+    ww = arm.stiffness / arm.mass_2
+    w = sqrt(ww)
+    offset = last.measured_load_position - (x - a / ww)
+    rate = last.measured_load_velocity - (v - j / ww)
+    c, s = cos(w * dt), sin(w * dt)
+    return sample._replace(
+        measured_load_position=x1 - (a + j * dt) / ww + offset * c + rate / w * s,
+        measured_load_velocity=v1 - j / ww + rate * c - offset * w * s,
+    )

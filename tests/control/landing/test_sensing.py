@@ -1,9 +1,9 @@
-"""The lag of measured velocities, on a swing in closed form."""
+"""What sensors of an arm do not show, on a swing in closed form."""
 
 import numpy as np
 import pytest
 
-from stickslip.control.landing.velocity_lag import VelocityLag, with_lag
+from stickslip.control.landing.sensing import VelocityLag, with_lag
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample
