@@ -305,16 +305,26 @@ class TrackedLandingController(LandingController):
         return self._enter(state, sample, "resting", "the target is new")
 
     def _settled(self, state: Any, waited: float) -> bool:
-        n, noise, way = state.window.count, self.position_noise, self.velocity_noise
-        if noise == 0.0 and way == 0.0:
+        n = state.window.count
+        if self.position_noise == 0.0 and self.velocity_noise == 0.0:
             return n >= _AT_ONCE
         if n >= _BRIEF and not state.computed:
-            # The swing is known well enough
             left = abs(state.target - 0.5 * (state.window.low + state.window.high))
-            spread = hypot(noise, way * self.half_swing / pi) / sqrt(n)
-            if spread <= max(_KNOWN * self.tolerance, _NEAR * left):
+            if self._unsure(n) <= max(_KNOWN * self.tolerance, _NEAR * left):
                 return True
         return super()._settled(state, waited)
+
+    def _unsure(self, samples: int) -> float:
+        """Return the standard deviation of a swing after some samples [m or rad].
+
+        Velocities show its rate, and so do positions along an arc of it.
+        """
+        w, noise = pi / self.half_swing, self.position_noise
+        rate, arc = self.velocity_noise / w, w * self.sampling_time * samples
+        by_positions = sqrt(12.0) * noise / arc
+        if rate > 0.0:
+            rate = rate / hypot(1.0, rate / by_positions) if by_positions > 0.0 else 0.0
+        return hypot(noise, rate) / sqrt(samples)
 
     def _friction(self, state: LandingState) -> tuple[float, float]:
         coulomb, viscous = super()._friction(state)
