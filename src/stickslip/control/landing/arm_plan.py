@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 from math import ceil, inf, isfinite, pi, sqrt
 from statistics import NormalDist
-from typing import ClassVar
 
 import numpy as np
 
@@ -196,7 +195,6 @@ class ArmPlans(Supervisor[LandingState]):
     `LandingController` documents the settings.
     """
 
-    _longer: ClassVar[tuple[float, ...]] = (1.0,)  # times the longest series, one after the other
     arm: FlexibleArm
     arm_uncertainty: float = 0.0
     experience: LearnedPulses | None = None
@@ -247,7 +245,11 @@ class ArmPlans(Supervisor[LandingState]):
             deviations * self.position_noise,
         )
         wide += samples * self.sampling_time * float(np.abs(planned.velocity).max())
-        return bool(abs(sample.measured_position - float(planned.position[k])) > wide)
+        return bool(abs(sample.measured_position - self._due(state, k)) > wide)
+
+    def _due(self, state: LandingState, k: int) -> float:
+        """Return where mass 1 is to be in sample k of the present series [m or rad]."""
+        return float(state.flights[-1].planned.position[k])
 
     def plan(self, request: PlanRequest, *, series: bool = True) -> PlanAnswer:
         """Answer a request: learn from the last series, and plan the next one.
@@ -348,7 +350,7 @@ class ArmPlans(Supervisor[LandingState]):
         low, high = (-inf, inf) if self.travel is None else self.travel
         why = ""
         reachable = [each for each in places if low <= each <= high]
-        for times, place in product(self._longer, reachable):
+        for times, place in product(self._longer(state), reachable):
             slowest = self._slowest(state, abs(place - swing.position))
             for least_speed in dict.fromkeys((slowest, PulseSeriesPlanner.slowest)):
                 each = replace(planner, slowest=least_speed, longest=times * longest)
@@ -366,6 +368,11 @@ class ArmPlans(Supervisor[LandingState]):
         return places + [
             swing.position + side * share * least for share in _BEYOND for side in (ahead, -ahead)
         ]
+
+    def _longer(self, state: LandingState) -> tuple[float, ...]:
+        """Return how long a series may be, over its usual limit, one after the other."""
+        del state
+        return (1.0,)
 
     def _plan_limit(self, state: LandingState) -> float:
         """Return the largest effort of a series."""

@@ -15,6 +15,7 @@ _FEWEST = 20  # rows of a fit
 _REFITS = 4
 _CLIPS = tuple(np.arange(0.98, 0.49, -0.02).tolist())  # of the limit, where efforts may be clipped
 _CLEARER = 0.25  # squared residuals with clipped efforts over those without
+_SMALL = 5e-3  # residual over the momentum of the largest effort in a sample
 _MOST_CORRELATED = 0.98
 _EXACT = 1e-6  # residual of a row over the largest effort: more is not taken for certain
 
@@ -85,10 +86,11 @@ class DriveFit:
     def clipped(self, series: "SeenSeries", limit: float) -> float:
         """Return the magnitude at which the efforts of a series were clipped, at most a limit.
 
-        It is that with the smallest residuals of the fit, if they are far below those without.
+        It is that with the smallest residuals of the fit, if they are far below those without, and
+        those are no small ones.
         """
         plain = self._fitted(series, limit)
-        if plain is None:
+        if plain is None or plain[-1] <= plain[-2] * (_SMALL * series.sampling_time * limit) ** 2:
             return limit
         found, smallest = limit, _CLEARER * plain[-1]
         for share in _CLIPS:

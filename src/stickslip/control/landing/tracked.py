@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from math import ceil, exp, hypot, inf, isfinite, pi, sqrt
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -62,6 +62,7 @@ _DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from whi
 _NUDGED, _NUDGES = 0.02, 8  # of the move; pulses on mass 1 alone
 _SHARE = 0.85  # of the effort limit; the rest is for feedback
 _GUESSED = 0.1  # Coulomb friction over the effort limit, where nothing is known
+_LONGER = (1.0, 2.0, 4.0, 8.0)  # times that, one after the other, where the arm rests
 _SLACK = 1.5  # longest series over the time of a rigid arm and a swing
 _SHORTEST = 0.07  # of the move, and 1.5 times that: travel of a series that corrects
 _IMPROVES = 0.7  # of the smallest miss so far: what a further correction must bring
@@ -182,8 +183,6 @@ class TrackedLandingController(LandingController):
     'reached'
     """
 
-    _longer: ClassVar[tuple[float, ...]] = (1.0, 2.0, 4.0, 8.0)
-
     def init(self) -> TrackedState:
         """Return the state before the first sample."""
         plain = super().init()
@@ -224,6 +223,10 @@ class TrackedLandingController(LandingController):
     def _band(self) -> float:
         # Bristles give way a little
         return max(super()._band, _GIVES_WAY * self.tolerance)
+
+    def _longer(self, state: Any) -> tuple[float, ...]:
+        on_the_way = bool(state.phases) and state.phase.name == "series"
+        return (1.0,) if on_the_way else _LONGER
 
     def _plan_limit(self, state: Any) -> float:
         return _SHARE * self._most(state)
@@ -465,6 +468,9 @@ class TrackedLandingController(LandingController):
         state = replace(state, sent=k + 1)
         return self._recorded(self._deviated(state, k, r, a), min(max(u, -limit), limit))
 
+    def _due(self, state: Any, k: int) -> float:
+        return super()._due(state, k) + float(state.deviations[-1][0])
+
     def _transition(self, state: Any, sample: SensorSample) -> Any:
         if state.phase.name == "series" and state.flights[-1].planned.rest is not None:
             state = self._on_the_way(state, sample)
@@ -491,7 +497,7 @@ class TrackedLandingController(LandingController):
         planned = abs(float(series.position[now] - series.position[since]))
         whole = max(state.travel, abs(series.target - float(series.position[0])))
         least = max(_STAYS * whole, _SURELY * self._band)
-        behind = series.direction * (float(series.position[now]) - sample.measured_position)
+        behind = series.direction * (self._due(state, now) - sample.measured_position)
         return bool(state.window.count >= _SEES and min(planned, behind) > least)
 
     def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
