@@ -205,6 +205,20 @@ def test_a_series_whose_motion_is_not_seen_is_stopped() -> None:
     assert 0.0 < farthest < 0.5  # of a move of 1 m
 
 
+def test_the_corridor_is_that_of_the_corrected_series() -> None:
+    landing = controller(arm=ARM)
+    state, path, _ = flown(landing, 1.0)
+    assert state.phase.name == "series"
+    off_plan = (0.6, 0.0, 0.0, 0.0)
+    corrected = replace(state, deviations=(*state.deviations[:-1], off_plan))
+    x, v, x2, v2 = path[-1]
+    here, ahead = SensorSample(1.0, x, v, x2, v2), SensorSample(1.0, x + 0.6, v, x2, v2)
+    assert not landing._off(state, here)
+    assert landing._off(state, ahead)
+    assert landing._off(corrected, here)
+    assert not landing._off(corrected, ahead)
+
+
 @pytest.mark.parametrize(
     ("when", "target"),
     [(1.0, -0.5), (2.0, 0.5), pytest.param(2.4, 0.45, marks=pytest.mark.slow)],
