@@ -103,7 +103,9 @@ def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: 
     ("seed", "case"), list(enumerate(ARM_CASES)), ids=[each.name for each in ARM_CASES]
 )
 def test_no_arm_runs_away(seed: int, case: Case, method: str) -> None:
-    """On an arm of its own in every case: 32 without a runaway exclude a rate above 9 % (95 %)."""
+    """On an arm of its own in every case: 45 without a runaway exclude a rate above 7 % (95 %)."""
+    if method == "landing" and not case.channels.velocity:
+        pytest.skip("method landing needs velocities")
     (axis,) = arms(1, seed, known=False, method=method)
     outcome = move_axis(axis, case)
     assert not outcome.raised

@@ -78,6 +78,13 @@ def test_friction_delay_and_gain_are_those_of_the_drive(delay: float, gain: floa
     assert fit.friction[1] == pytest.approx(0.1, rel=0.02)
 
 
+def test_a_series_without_friction_teaches_nothing() -> None:
+    effort = np.repeat(np.random.default_rng(3).uniform(0.2, 0.8, 20), 5)
+    seen = integrated(effort + 0.3, 0.0, 1.0)  # a force drives mass 1, more than friction brakes it
+    first = DriveFit.first(0.15, 0.1, np.diag([0.01, 0.25]))
+    assert first.after(series(effort, seen), LIMIT) is first
+
+
 def test_intervals_of_friction_cover_it_with_noise() -> None:
     effort = np.repeat(np.random.default_rng(3).uniform(0.2, 0.8, 20), 5)
     seen = integrated(effort, 0.0, 1.0)

@@ -75,12 +75,15 @@ class DriveFit:
     def after(self, series: "SeenSeries", limit: float) -> "DriveFit":
         """Return the estimate after a series whose efforts were clipped at a limit [N or N m].
 
-        The weight of a row is that of the residuals of the series.
+        The weight of a row is that of the residuals of the series. A series by which there is no
+        Coulomb friction teaches nothing.
         """
         fitted = self._fitted(series, limit)
         if fitted is None:
             return self
         information, found, rows, _ = fitted
+        if found[LAGS] <= 0.0:
+            return self
         return replace(self, information=information, values=found, rows=self.rows + rows)
 
     def clipped(self, series: "SeenSeries", limit: float) -> float:

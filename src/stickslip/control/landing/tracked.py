@@ -408,6 +408,7 @@ class TrackedLandingController(LandingController):
         state = super()._launched(state, sample, series)
         return replace(
             state,
+            braking=False,
             integral=0.0,
             efforts=Growing(),
             deviations=(NONE,) * _KEPT,
