@@ -12,7 +12,7 @@ __all__ = ["ARM_CASES", "AXIS_CASES", "Case", "Channels"]
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Noise of the sensors of an arm, which the controller is told.
+    """Noise of the sensors of an arm, which the controller knows.
 
     Attributes
     ----------
@@ -21,8 +21,8 @@ class Noise:
     step
         Of the encoders of both positions; 0 for none [m].
     differentiated
-        Whether the velocities are differences of encoder positions over a sample; ``velocity`` is
-        then only told.
+        Whether the velocities are differences of encoder positions over a sample; the controller
+        takes ``velocity`` for their noise.
     """
 
     position: float = 0.0

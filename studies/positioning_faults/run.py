@@ -37,7 +37,8 @@ _STOPPED = -1e9  # effort of a controller that raised an error
 class Axis:
     """A plant, its task, and what the controller assumes about it.
 
-    ``tables`` are the values of ``[axis]``, ``[controller]`` and ``[guess]``.
+    ``tables`` are the values of ``[axis]``, ``[controller]`` and ``[guess]``. ``velocity`` is whether
+    velocities are measured, ``differentiated`` whether they are differences of positions.
     """
 
     plant: Plant
@@ -51,6 +52,7 @@ class Axis:
     seed: int
     velocity_noise: float = 0.0
     velocity: bool = True
+    differentiated: bool = False
 
     @property
     def flexible(self) -> bool:
@@ -282,14 +284,15 @@ def move_axis(axis: Axis, case: Case) -> Outcome:
     """Run the moves of an axis with the faults of a case."""
     channels, T = case.channels, axis.sampling_time
     if channels.noise is not None:
-        told = channels.noise(T)
+        noise = channels.noise(T)
         axis = replace(
             axis,
-            noise=told.position,
-            velocity_noise=told.velocity,
-            encoder_step=told.step,
-            velocity=channels.velocity,
+            noise=noise.position,
+            velocity_noise=noise.velocity,
+            encoder_step=noise.step,
+            differentiated=noise.differentiated,
         )
+    axis = replace(axis, velocity=axis.velocity and channels.velocity)
     generator = np.random.default_rng(axis.seed)
     built: Any = axis.scenario().build(Path())
     controller = getattr(built, "guarded", built.controller)
@@ -388,7 +391,7 @@ def _measured(
         return SensorSample(time, position, v if axis.velocity else nan, nan, nan)
     if not axis.velocity:
         v, v2 = nan, nan
-    elif channels.noise is not None and channels.noise(axis.sampling_time).differentiated:
+    elif axis.differentiated:
         v, v2 = _differences(position, load, axis, seen)
     elif axis.velocity_noise > 0.0:
         v, v2 = np.array((v, v2)) + axis.velocity_noise * generator.normal(size=2)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -81,10 +82,14 @@ class DriveFit:
         fitted = self._fitted(series, limit)
         if fitted is None:
             return self
-        information, found, rows, _ = fitted
-        if found[LAGS] <= 0.0:
+        if fitted.values[LAGS] <= 0.0:
             return self
-        return replace(self, information=information, values=found, rows=self.rows + rows)
+        return replace(
+            self,
+            information=fitted.information,
+            values=fitted.values,
+            rows=self.rows + fitted.rows,
+        )
 
     def clipped(self, series: "SeenSeries", limit: float) -> float:
         """Return the magnitude at which the efforts of a series were clipped, at most a limit.
@@ -92,23 +97,21 @@ class DriveFit:
         It is that with the smallest residuals of the fit, if they are far below those without, and
         those are no small ones.
         """
-        plain = self._fitted(series, limit)
-        if plain is None or plain[-1] <= plain[-2] * (_SMALL * series.sampling_time * limit) ** 2:
+        plain, small = self._fitted(series, limit), _SMALL * series.sampling_time * limit
+        if plain is None or plain.residuals <= plain.rows * small**2:
             return limit
-        found, smallest = limit, _CLEARER * plain[-1]
+        found, smallest = limit, _CLEARER * plain.residuals
         for share in _CLIPS:
             clip = share * limit
             if np.sum(np.abs(series.effort) > clip) < _FEWEST // 2:
                 continue
             fitted = self._fitted(series, clip)
-            if fitted is not None and fitted[-1] < smallest:
-                found, smallest = clip, fitted[-1]
+            if fitted is not None and fitted.residuals < smallest:
+                found, smallest = clip, fitted.residuals
         return found
 
-    def _fitted(
-        self, series: "SeenSeries", limit: float
-    ) -> tuple[Float[np.ndarray, "p p"], Float[np.ndarray, " p"], int, float] | None:
-        """Return information, values, rows and the sum of squared residuals; None for too few."""
+    def _fitted(self, series: "SeenSeries", limit: float) -> "_Fitted | None":
+        """Return the regression with a series, or None where there are too few rows."""
         arm, T, noise = series.arm, series.sampling_time, series.velocity_noise
         n, m1 = min(series.effort.size, len(series.seen) - 1), arm.mass_1
         effort, seen = np.clip(series.effort[:n], -limit, limit), series.seen[: n + 1]
@@ -130,7 +133,17 @@ class DriveFit:
         information, found = regressed(self.information, self.values, rows, values, least)
         if not np.isfinite(found).all():
             return None
-        return information, found, len(values), float(np.sum((values - rows @ found) ** 2))
+        residuals = float(np.sum((values - rows @ found) ** 2))
+        return _Fitted(information, found, len(values), residuals)
+
+
+class _Fitted(NamedTuple):
+    """Information and values of a regression, how many rows it had, and their squared residuals."""
+
+    information: Float[np.ndarray, "p p"]
+    values: Float[np.ndarray, " p"]
+    rows: int
+    residuals: float
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -113,13 +113,11 @@ def with_load(
     *,
     velocities: bool,
 ) -> SensorSample:
-    """Return a sample with position and velocity of mass 2, computed if not measured.
+    """Return a sample in which mass 2 is not measured with its computed position and velocity.
 
     x2'' = w^2 (x1 - x2), exact for the cubic x1(t) through the positions and velocities of two
     samples, or the straight line without ``velocities``.
     """
-    if isfinite(sample.measured_load_position) and isfinite(sample.measured_load_velocity):
-        return sample
     x1 = sample.measured_position
     if last is None:
         return sample._replace(measured_load_position=x1, measured_load_velocity=0.0)

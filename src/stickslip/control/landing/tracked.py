@@ -249,12 +249,14 @@ class TrackedLandingController(LandingController):
         if self._readable(sample):
             last, T = state.last, self.sampling_time
             sample = with_velocities(last, sample, T)
-            arm, late = self._estimated_arm(state), self._lag(state) > 0.0
-            seen = with_load(last, sample, arm, T, velocities=not late)
+            arm, seen = self._estimated_arm(state), sample
+            measured = isfinite(sample.measured_load_position + sample.measured_load_velocity)
+            if not measured:
+                seen = with_load(last, sample, arm, T, velocities=self._lag(state) == 0.0)
             if last is not None and self._follows(last, sample):
-                spring = arm if seen is sample else None
-                state = replace(state, lag=state.lag.after(last, sample, spring))
-            state = replace(state, last=seen, computed=state.computed or seen is not sample)
+                lag = state.lag.after(last, sample, arm if measured else None)
+                state = replace(state, lag=lag)
+            state = replace(state, last=seen, computed=state.computed or not measured)
             sample = self._prompt(state, seen)
         return super().step(state, sample)
 
@@ -276,10 +278,8 @@ class TrackedLandingController(LandingController):
         if not state.computed:
             v2 += lag * acceleration(self._estimated_arm(state), sample)
         if state.phases and state.phase.name == "series" and not state.braking:
-            series, k = (
-                state.flights[-1].planned,
-                state.sent - state.flights[-1].planned.drive.delay,
-            )
+            series = state.flights[-1].planned
+            k = state.sent - series.drive.delay
             v1 += series.at(k)[1] - series.at(k - lag / self.sampling_time)[1]
         return sample._replace(measured_velocity=v1, measured_load_velocity=v2)
 
