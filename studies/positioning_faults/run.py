@@ -37,8 +37,8 @@ _STOPPED = -1e9  # effort of a controller that raised an error
 class Axis:
     """A plant, its task, and what the controller assumes about it.
 
-    ``tables`` are the values of ``[axis]``, ``[controller]`` and ``[guess]``. ``velocity`` is whether
-    velocities are measured, ``differentiated`` whether they are differences of positions.
+    ``tables`` are the values of ``[axis]``, ``[controller]`` and ``[guess]``. ``velocity`` is
+    whether velocities are measured, ``differentiated`` whether they are differences of positions.
     """
 
     plant: Plant
