@@ -231,7 +231,8 @@ def admit(
         if abs(x - g.x - dt * g.v) > slack:
             return _lose(g, FROZEN if x == g.x else JUMP)
         if measured:
-            if abs(v - g.v) > g.acceleration * late + 2.0 * g.velocity_resolution:
+            unsure = g.velocity_resolution + 2.0 * g.resolution / T  # of a difference of positions
+            if abs(v - g.v) > g.acceleration * late + 2.0 * unsure:
                 return _lose(g, JUMP)
             # A velocity that the position does not follow
             step = x - g.x - 0.5 * dt * (v + g.v)

@@ -19,6 +19,7 @@ _PUSHES = 2  # pushes from one rest to the next: an axis that goes on to acceler
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where it is no glitch
+_VISIBLE = 10.0  # standard deviations of a position: two steps that are no noise
 _GAIN = 0.3  # of the speed is taken away in a sample of a push
 _FOLLOWED = 0.5  # of a change of the push is believed in a sample
 _LONGEST = 0.3  # of a push [s]
@@ -59,6 +60,7 @@ def pushed(p: Any, m: float, F: float) -> bool:
     """Return whether an axis that should rest runs away without becoming slower."""
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = p.past_count >= PAST and abs(new) >= abs(old) and old * new > _SURE * new * new
+    faster = faster and abs(new + old) > _VISIBLE * p.noise
     may = p.brakings < _PUSHES and p.holds < _HOLDS
     return faster and may and _runs(p, m, F, new / p.period)
 

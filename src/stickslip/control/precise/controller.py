@@ -119,6 +119,7 @@ def _ended(p: Any, s: Any, own: Any) -> None:
     if explained or own.taught == 0:
         own.by_moves[:] = own.values
     own.taught = max(own.taught, p.seen)
+    exact_kernels.lengthen_rest(s, own)
     if p.known:
         _hasten(p, s, own)
     wait_for_rest(s)

@@ -189,6 +189,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         s.window, s.spread = rest.samples, rest.spread
         s.speed = inf if rest.speed is None else rest.speed
         s.least_motion = rest.spread if rest.least_motion is None else rest.least_motion
+        s.calm_width = rest.spread or at.CREEP * self.tolerance
         s.delay = rest.delay
         s.rest = s.error = np.nan  # until the first rest
         return vector

@@ -124,6 +124,7 @@ _SLOWEST_WALK = 1e-10  # variance: what the estimates forget even where friction
 # Choice
 _CAUTION = 2.0  # standard deviations by which a pulse falls short when it is uncertain
 _SURE = 0.5  # between the estimated breakaway and an effort that has freed the mass
+_LONGEST_REST = 10  # windows
 _HOPELESS = 4.0  # standard deviations over what would do: fewer than one try in five succeeds
 _NEAR = 3.0  # times the best error so far
 _DETOURS = 4  # most samples of a pulse back that is looked for
@@ -571,8 +572,20 @@ def _give_up(s: Any, own: Any, reason: int) -> None:
 
 
 @compiled()
+def lengthen_rest(s: Any, own: Any) -> None:
+    """Let a rest last so long that a motion which friction stops would be seen in it.
+
+    Slowed by F/m alone, an axis goes F (n T)^2/(2 m) in the last n samples.
+    """
+    F = math.exp(min(own.values[COULOMB], own.values[COULOMB + 1]))
+    n = math.ceil(math.sqrt(2.0 * s.spread * math.exp(own.values[0]) / F) / own.period)
+    s.calm_least = min(n, _LONGEST_REST * s.window) if n > s.window else 0
+
+
+@compiled()
 def plan(s: Any, own: Any) -> None:
     """Fire the pulse for ``s.error``, or stop."""
+    lengthen_rest(s, own)
     error = abs(s.error)
     if not s.fresh:  # a new task, or moved from outside
         own.best = own.half_error = math.inf

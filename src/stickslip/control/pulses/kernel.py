@@ -42,6 +42,8 @@ MOVING, REACHED, STOPPED = 0, 1, 2  # outcomes
 _MOST_LEVELS = 4  # of one pulse
 TRACE_SIZE = 64  # positions kept from a pulse's first sample on
 _NEVER = 2**40  # an age at which no position is kept
+CREEP = 0.01  # of the tolerance: positions that hardly change, where none is exact at rest
+_CALM = 20  # samples of them that are a rest
 ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more has been rounded so
 
 PULSE = np.dtype(
@@ -70,6 +72,8 @@ HEAD = np.dtype(
         ("least_motion", "f8"),  # a displacement of no more than this is none
         ("delay", "f8"),  # of the sensors, in samples
         ("early", "i8"),  # samples of a rest far from the target; 0 for the window
+        ("calm_width", "f8"),  # largest range of positions that hardly change
+        ("calm_least", "i8"),  # samples in which they do so at rest, where more than the window
         # What changes
         ("phase", "i8"),
         ("outcome", "i8"),
@@ -85,6 +89,9 @@ HEAD = np.dtype(
         ("filled", "i8"),  # samples in the window
         ("next", "i8"),  # place in the window of the next one
         ("quiet", "i8"),  # samples in a row in which the measured velocity was small enough
+        ("calm", "i8"),  # samples in a row in which the position has hardly changed
+        ("lowest", "f8"),  # in these
+        ("highest", "f8"),
         ("time", "f8"),  # of this sample
         ("position", "f8"),  # in this sample
         ("age", "i8"),  # samples since the pulse's start
@@ -127,6 +134,10 @@ def _see(vector: Float[np.ndarray, " s"], x: float, v: float) -> None:
     s.next = (s.next + 1) % s.window
     s.filled = min(s.filled + 1, s.window)
     s.quiet = s.quiet + 1 if s.speed == np.inf or abs(v) <= s.speed else 0
+    s.lowest, s.highest = min(s.lowest, x), max(s.highest, x)
+    s.calm += 1
+    if s.calm == 1 or s.highest - s.lowest > s.calm_width:
+        s.calm, s.lowest, s.highest = 1, x, x
 
 
 @compiled()
@@ -175,7 +186,7 @@ def _keep(s: Any, x: float) -> None:
 def wait_for_rest(s: Any) -> None:
     """Wait for rest from here on."""
     s.phase, s.wait = WAITING, np.ceil(s.delay)
-    s.filled = s.next = s.quiet = 0
+    s.filled = s.next = s.quiet = s.calm = 0
 
 
 @compiled()
@@ -194,7 +205,8 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     Then ``rest``, ``error`` and ``outcome`` (`MOVING` or `REACHED`) are those of this rest, and
     ``fresh`` says whether a pulse has led to it. It is False during a pulse, while the axis moves,
     and after a rest that was judged until the axis rests elsewhere. An axis farther from its target
-    than the tolerance may be judged by ``early`` samples.
+    than the tolerance may be judged by ``early`` samples. A position that hardly changes for long is
+    a rest whatever the velocity, which may have an offset; so creep bristles.
     """
     s = head(vector)
     x = sample.measured_position
@@ -214,9 +226,12 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
         rest = _rest_position(vector, s.early)
         if abs(s.target - rest) <= s.tolerance + s.spread:  # takes the whole window to judge
             return False
-    if np.isnan(rest):
+    least = s.least_motion
+    if np.isnan(rest) and s.speed < np.inf and s.calm >= max(_CALM, s.window):
+        rest, least = x, max(least, s.calm_width)
+    if np.isnan(rest) or s.calm < s.calm_least:
         return False
-    if s.phase == RESTING and abs(rest - s.rest) <= s.least_motion:
+    if s.phase == RESTING and abs(rest - s.rest) <= least:
         return False
     if s.pending:
         _conclude(s, rest)

@@ -85,23 +85,18 @@ class Setup:
     def rest(self, given: int | None) -> RestDetection:
         """Return when the axis counts as resting, by its sensors; ``given`` is in samples."""
         sensors = self.sensors
-        ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
-        exact = (
-            sensors.velocity == "measured"
-            and sensors.velocity_noise == 0.0
-            and not self.rest_motion
-        )
-        if ideal and exact:
-            window = self._window(given, usual=1, least=1)
-            return RestDetection(samples=window, spread=0.0, speed=0.0)
-        if ideal:
+        if sensors.position_noise == 0.0 and sensors.encoder_step == 0.0:
+            exact = sensors.velocity == "measured" and sensors.velocity_noise == 0.0
+            if exact and not self.rest_motion:
+                window = self._window(given, usual=1, least=1)
+                return RestDetection(samples=window, spread=0.0, speed=0.0)
             window = self._window(given, usual=_REST_SAMPLES if self.rest_motion else 2, least=2)
             return RestDetection(samples=window, spread=self.rest_motion)
         window = self._window(given, usual=_REST_SAMPLES, least=2)
         noise = sensors.position_noise
         step = sensors.encoder_step or _CONTINUOUS * noise
-        rest = RestDetection.for_encoder(resolution=step, noise=noise, samples=window)
-        return replace(rest, speed=0.0) if exact else rest
+        # By the positions alone: a velocity may have been made of them, and is never 0 then
+        return RestDetection.for_encoder(resolution=step, noise=noise, samples=window)
 
     def _window(self, given: int | None, *, usual: int, least: int) -> int:
         """Return over how many samples a rest is judged, which must fit into a move twice."""
