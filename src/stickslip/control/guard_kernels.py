@@ -62,8 +62,9 @@ STATE = np.dtype(
         ("unanswered", "i8"),  # samples in a row to which the controller gave no effort
         ("idle", "i8"),  # samples in a row at rest without effort
         ("free", "i8"),  # samples in a row without effort in which the speed has not fallen
-        ("free_from", "f8"),  # speed and position at the first of them
-        ("free_x", "f8"),
+        ("free_x", "f8"),  # position at the first of them
+        ("half", "i8"),  # samples from there to the middle of those that are compared
+        ("half_x", "f8"),  # position in the middle
         ("anchored", "i8"),  # 1 once braking has stopped the axis
         ("anchor", "f8"),  # where
         ("hold", "f8"),  # effort that takes the load there
@@ -83,6 +84,7 @@ _FAST, _OUTSIDE = 3, 2  # samples above the speed limit, beyond the travel
 _UNSEEN = 1.5  # times the braking, where mass 2 is not seen: mass 1 is faster than both on average
 _MEMORY = 0.9  # of the mismatch
 _FREE_SAMPLES, _FREE_TIME = 25, 0.2  # samples and time [s] of acceleration without effort
+_CONSTANT = 1e3  # errors of a way: over so long a way the speed of an axis with friction falls
 _IDLE = 25  # samples at rest without effort that end a move
 _BLOCKED_SAMPLES, _BLOCKED_TIME = 100, 0.5
 _NEARLY = 0.98  # of the effort limit
@@ -103,6 +105,31 @@ def _lose(g: Any, fault: int) -> bool:
     if g.lost > g.max_lost and g.fault == 0:
         g.fault = fault
     return False
+
+
+@compiled()
+def _falls(g: Any, x: float, v: float, rests: bool) -> bool:
+    """Return whether the axis accelerates without effort, where friction can only slow it.
+
+    The ways d_1 and d_2 of two equal times, whose length is doubled as long as the errors of the
+    positions leave it open, differ by the acceleration times the square of that time.
+    """
+    if g.effort != 0.0 or g.free == 0 or rests or v * (x - g.free_x) < 0.0:
+        g.free, g.free_x = (1 if g.effort == 0.0 else 0), x
+        g.half, g.half_x = 1, x
+        return False
+    g.free += 1
+    if g.free - 1 < 2 * g.half:
+        return False
+    d_1, d_2 = abs(g.half_x - g.free_x), abs(x - g.half_x)
+    error = _WIDE * g.resolution
+    long = g.free > max(_FREE_SAMPLES, _FREE_TIME / g.period)
+    if d_1 > d_2 + error:
+        g.free, g.free_x, g.half, g.half_x = 1, x, 1, x
+        return False
+    g.half, g.half_x = g.free - 1, x
+    constant = d_1 + d_2 > _CONSTANT * error
+    return long and d_2 > 0.0 and g.gravity == 1 and (d_2 > d_1 + error or constant)
 
 
 @compiled()
@@ -127,21 +154,11 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     pushes = abs(g.effort) >= _NEARLY * limit and not moves
     g.pushing = g.pushing + 1 if pushes else 0
     blocked = g.pushing > max(_BLOCKED_SAMPLES, _BLOCKED_TIME / T)
-    # Load: without effort friction can only slow the axis
-    slower = abs(v) < g.free_from - 2.0 * g.velocity_resolution - 2.0 * g.resolution / T
     rests = abs(v) * T <= g.velocity_resolution * T + g.resolution
     g.idle = g.idle + 1 if g.effort == 0.0 and rests else 0
     if g.idle > _IDLE:  # what moves the axis after a rest begins a move of its own
         g.begun = g.time
-    slower = slower or rests
-    if g.effort != 0.0 or g.free == 0 or slower or v * (x - g.free_x) < 0.0:
-        g.free, g.free_from, g.free_x = (1 if g.effort == 0.0 else 0), abs(v), x
-    else:
-        g.free += 1
-        g.free_from = max(g.free_from, abs(v))
-    far = abs(x - g.free_x) > _WIDE * g.resolution
-    falls = g.free > max(_FREE_SAMPLES, _FREE_TIME / T) and far and g.gravity == 1
-    if falls:
+    if _falls(g, x, v, rests):
         g.free, g.fault, g.kept = 0, LOAD, 1
         g.anchored, g.released = 0, 0
     # A glitch shows the axis on its way to one side, and then to the other

@@ -206,7 +206,8 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     ``fresh`` says whether a pulse has led to it. It is False during a pulse, while the axis moves,
     and after a rest that was judged until the axis rests elsewhere. An axis farther from its target
     than the tolerance may be judged by ``early`` samples. A position that hardly changes for long is
-    a rest whatever the velocity, which may have an offset; so creep bristles.
+    a rest although no velocity is 0 or no two positions are equal: sensors have offsets, and bristles
+    creep.
     """
     s = head(vector)
     x = sample.measured_position
@@ -227,7 +228,7 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
         if abs(s.target - rest) <= s.tolerance + s.spread:  # takes the whole window to judge
             return False
     least = s.least_motion
-    if np.isnan(rest) and s.speed < np.inf and s.calm >= max(_CALM, s.window):
+    if np.isnan(rest) and s.calm >= max(_CALM, s.window):
         rest, least = x, max(least, s.calm_width)
     if np.isnan(rest) or s.calm < s.calm_least:
         return False
