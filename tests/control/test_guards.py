@@ -210,6 +210,48 @@ def test_a_load_above_friction_is_held_and_explained() -> None:
     assert free.why(state) is None
 
 
+@pytest.mark.parametrize(("deceleration", "falls"), [(0.6, False), (-0.6, True)])
+def test_a_load_is_found_among_the_errors_of_the_positions(
+    deceleration: float, falls: bool
+) -> None:
+    """An axis that coasts, or that a load accelerates, seen through 0.2 mm of noise."""
+    noise = 2e-4
+    limits = Limits.for_task(
+        mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 2.0),
+        sensors=SensorErrors(noise=noise),
+    )  # fmt: skip
+    generator, named = np.random.default_rng(2), 0
+    for _ in range(50):
+        guard = GuardedController(controller=Push(0.0), limits=limits)
+        state = guard.init()
+        for k in range(100):
+            t = k * T if falls else min(k * T, 0.3 / deceleration)
+            x = 0.3 * t - 0.5 * deceleration * t * t + noise * float(generator.normal())
+            state, _ = guard.step(state, SensorSample(k * T, x, nan, nan, nan))
+        named += "load is above friction" in str(guard.why(state))
+    assert named == (50 if falls else 0)
+
+
+def test_velocities_may_be_differences_of_encoder_positions() -> None:
+    """At 1 kHz a step of 0.1 mm is a velocity of 0.1 m/s, more than any force makes in a sample."""
+    period, step, effort = 1e-3, 1e-4, 120.0
+    limits = Limits.for_task(
+        mass=MASS, effort_limit=LIMIT, sampling_time=period, places=(0.0, 0.05),
+        sensors=SensorErrors(encoder_step=step),
+    )  # fmt: skip
+    push = Push(effort)
+    push.sampling_time = period
+    guard = GuardedController(controller=push, limits=limits)
+    state, before = guard.init(), 0.0
+    for k in range(500):
+        x = step * round(0.08 * k * period / step)
+        sample = SensorSample(k * period, x, (x - before) / period, nan, nan)
+        state, sent = guard.step(state, sample)
+        before = x
+        assert sent == effort
+    assert guard.lost_samples(state) == 0
+
+
 def test_a_position_that_no_force_explains_is_rejected() -> None:
     guard = guarded(pid(effort_limit=LIMIT))
 

@@ -283,3 +283,20 @@ def test_a_glitch_at_rest_is_no_push() -> None:
             state, SensorSample(k * T, seen + (k % 2) * 1e-6 + x, nan, nan, nan)
         )
         assert effort == 0.0
+
+
+def test_noise_at_rest_is_no_push() -> None:
+    """With a noise that friction takes long to stop, as of a servo with a coarse encoder."""
+    noise = 0.144
+    pulses = ExactPulseController(
+        sampling_time=T, target=0.0, tolerance=1.0, effort_limit=1.56, mass=2.45e-3,
+        friction=CoulombViscousFriction.symmetric(coulomb_friction=0.07, viscous_friction=1.5e-5),
+        rest=RestDetection.for_encoder(resolution=1e-9, noise=noise, samples=10),
+        position_noise=noise,
+    )  # fmt: skip
+    controller = PreciseController(pulses=pulses)
+    state, generator = controller.init(), np.random.default_rng(1)
+    for k in range(20_000):
+        x = noise * float(generator.normal())
+        state, effort = controller.step(state, SensorSample(k * T, x, nan, nan, nan))
+        assert effort == 0.0

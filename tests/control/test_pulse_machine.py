@@ -69,9 +69,38 @@ def test_a_pulse_fires_in_the_very_sample_in_which_the_axis_has_stuck():
 
 
 def test_nothing_fires_while_the_axis_moves():
-    efforts, states = played(CONTROLLER, [0.0] * 50, [1e-9] * 50)
+    speed = 1e-4  # 20 samples of it are twice a hundredth of the tolerance
+    efforts, states = played(CONTROLLER, [speed * 0.01 * k for k in range(50)], [speed] * 50)
     assert set(efforts) == {0.0}
     assert CONTROLLER.outcome(states[-1]) is PositioningOutcome.MOVING
+
+
+def test_a_position_that_hardly_changes_is_a_rest_whatever_the_velocity_shows():
+    for creep, offset in ((0.0, 1e-6), (2e-5, 2e-5)):
+        positions = [creep * 0.01 * k for k in range(20)]
+        efforts, states = played(CONTROLLER, positions, [offset] * 20)
+        assert set(efforts[:-1]) == {0.0}
+        assert efforts[-1] == FULL
+        assert CONTROLLER.outcome(states[-1]) is PositioningOutcome.MOVING
+
+
+def test_a_rest_lasts_longer_than_a_slow_axis_takes_for_an_encoder_step():
+    # 0.1 kg and 0.1 N: the last step of 1 mm takes sqrt(2 * 1e-3 / 1) = 45 ms, at 1 kHz
+    controller = ExactPulseController(
+        sampling_time=1e-3, target=0.0, tolerance=2e-3, effort_limit=1.0, mass=0.1,
+        friction=CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.0),
+        rest=RestDetection.for_encoder(resolution=1e-3, samples=10),
+    )  # fmt: skip
+    state, reached = controller.init(), []
+    for k in range(600):
+        # A pulse to 2 cm, and friction that stops the axis behind it after 0.2 s
+        t = max(0.2 - 1e-3 * max(k - 20, 0), 0.0)
+        x = -0.02 if k < 20 else -0.5 * t**2
+        seen = 1e-3 * round(x / 1e-3)
+        state, _ = controller.step(state, SensorSample(1e-3 * k, seen, math.nan, math.nan, math.nan))
+        reached.append(controller.outcome(state) is PositioningOutcome.REACHED)
+    first = reached.index(True)
+    assert first >= 220  # not before it has stopped
 
 
 def test_the_displacement_of_a_pulse_is_from_rest_to_rest():
