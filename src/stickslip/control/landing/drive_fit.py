@@ -16,6 +16,7 @@ _FEWEST = 20  # rows of a fit
 _REFITS = 4
 _CLIPS = tuple(np.arange(0.98, 0.49, -0.02).tolist())  # of the limit, where efforts may be clipped
 _CLEARER = 0.25  # squared residuals with clipped efforts over those without
+_NOISY = 2.0  # standard deviations of a momentum: residuals that noise may explain
 _SMALL = 5e-3  # residual over the momentum of the largest effort in a sample
 _MOST_CORRELATED = 0.98
 _EXACT = 1e-6  # residual of a row over the largest effort: more is not taken for certain
@@ -95,15 +96,16 @@ class DriveFit:
         """Return the magnitude at which the efforts of a series were clipped, at most a limit.
 
         It is that with the smallest residuals of the fit, if they are far below those without, and
-        those are no small ones.
+        those are neither small ones nor noise. Magnitudes already found are not exceeded.
         """
-        plain, small = self._fitted(series, limit), _SMALL * series.sampling_time * limit
-        if plain is None or plain.residuals <= plain.rows * small**2:
-            return limit
-        found, smallest = limit, _CLEARER * plain.residuals
-        for share in _CLIPS:
-            clip = share * limit
-            if np.sum(np.abs(series.effort) > clip) < _FEWEST // 2:
+        most = min(limit, self.most)
+        plain, small = self._fitted(series, most), _SMALL * series.sampling_time * limit
+        noise = _NOISY * series.arm.mass_1 * series.velocity_noise
+        if plain is None or plain.residuals <= plain.rows * max(small, noise) ** 2:
+            return most
+        found, smallest = most, _CLEARER * plain.residuals
+        for clip in (share * limit for share in _CLIPS):
+            if clip >= most or np.sum(np.abs(series.effort) > clip) < _FEWEST // 2:
                 continue
             fitted = self._fitted(series, clip)
             if fitted is not None and fitted.residuals < smallest:

@@ -633,7 +633,7 @@ class TrackedLandingController(LandingController):
             velocity_noise=self.velocity_noise,
         )
         before = self._drive(state)
-        most = before.clipped(series, self._most(state))
+        most = before.clipped(series, self.effort_limit)
         drive = before.after(series, most)
         drive = replace(drive, most=most, lag=self._lag(state) / self.sampling_time)
         if state.computed or state.belief is not None:
