@@ -10,6 +10,7 @@ from stickslip.planning import NO_LOSSES, LoadLosses
 from stickslip.plants import FlexibleArm
 
 _STIFFER = 0.02  # prior standard deviation of the stiffness over that known
+_FARTHEST = 0.4  # of the stiffness known: an estimate farther off is an error of the model
 _DAMPING = 0.1  # of the damping of the spring and of mass 2, over sqrt(ks m2)
 _DRY = 0.2  # of the Coulomb friction of mass 2, over that of mass 1
 _SURE = 3.0  # standard deviations
@@ -95,7 +96,7 @@ class LoadFit:
         largest = float(np.abs(force[used]).max())
         least = (_EXACT * largest) ** 2 + (m2 * velocity_noise) ** 2
         information, found = regressed(prior, self.values, rows, values, least)
-        if not np.isfinite(found).all() or abs(found[0] - 1.0) > 10.0 * _STIFFER:
+        if not np.isfinite(found).all() or abs(found[0] - 1.0) > _FARTHEST:
             return self
         fit = replace(self, information=information, values=found, rows=self.rows + len(values))
         return replace(fit, arm=replace(arm, mass_2=m2 / float(fit.sure[0])))
