@@ -56,6 +56,7 @@ _KEPT = LAGS + 2  # deviations, for the delay
 _ROUNDING = 1e-6  # samples
 _LATE = 0.1  # of a sample, that a sample may be late
 _STAYS = 0.02  # of the move, planned while mass 1 rests: it does not move, or is not seen to
+_COASTS = 0.02  # of the move: mass 1 is braked where friction alone takes longer to stop it
 _SEES, _SURELY = 8, 3.0  # samples, bands of rest in which a mass that moves is seen to
 _PULSES = 300.0  # in half a swing at most
 _DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
@@ -485,7 +486,15 @@ class TrackedLandingController(LandingController):
                 return self._enter(
                     state, sample, "resting", "mass 1 rests at the end of the series"
                 )
-        return super()._transition(state, sample)
+        after = super()._transition(state, sample)
+        ends = state.phase.name == "series" and after.phase.name == "resting"
+        return replace(after, braking=True) if ends and self._coasts(state, sample) else after
+
+    def _coasts(self, state: Any, sample: SensorSample) -> bool:
+        """Return whether friction lets mass 1 go far at the end of a series."""
+        coulomb, _ = self._friction(state)
+        energy = 0.5 * self._estimated_arm(state).mass_1 * sample.measured_velocity**2
+        return bool(energy > coulomb * _COASTS * state.travel)
 
     def _stays(self, state: Any, sample: SensorSample) -> bool:
         """Return whether mass 1 rests behind where it was to move to.
