@@ -228,6 +228,14 @@ def _all_mild_arm(plant: Plant, T: float) -> Plant:
     return _damped(_presliding(plant, T), T)._replace(actuation_delay=T, load_friction=0.02)
 
 
+def _other_arm(plant: Plant, _: float) -> Plant:
+    return plant._replace(
+        mass=0.9 * plant.mass,
+        load_mass=1.1 * plant.load_mass,
+        coupling_stiffness=0.9 * plant.coupling_stiffness,
+    )
+
+
 ARM_CASES = (
     Case(name="no fault"),
     Case(name="delay of 1/4 sample", plant=lambda p, T: p._replace(actuation_delay=0.25 * T)),
@@ -274,6 +282,12 @@ ARM_CASES = (
         channels=Channels(
             effort_noise=0.01, lost=0.01, noise=lambda _: Noise(position=1e-6, velocity=1e-5)
         ),
+    ),
+    Case(name="masses and spring wrong by 10 %", plant=_other_arm),
+    Case(
+        name="noise of 1e-5 m and 1e-4 m/s, masses and spring wrong by 10 %",
+        plant=_other_arm,
+        channels=Channels(noise=lambda _: Noise(position=1e-5, velocity=1e-4)),
     ),
     Case(name="load not measured", mild=False, channels=Channels(missing_load=True)),
     Case(name="frozen sensors", mild=False, channels=Channels(frozen_from=6.0)),
