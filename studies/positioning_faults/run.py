@@ -387,15 +387,13 @@ def _measured(
     if axis.encoder_step > 0.0:
         position = axis.encoder_step * round(position / axis.encoder_step)
         load = axis.encoder_step * round(load / axis.encoder_step)
-    if not axis.flexible:
-        return SensorSample(time, position, v if axis.velocity else nan, nan, nan)
     if not axis.velocity:
         v, v2 = nan, nan
     elif axis.differentiated:
         v, v2 = _differences(position, load, axis, seen)
     elif axis.velocity_noise > 0.0:
         v, v2 = np.array((v, v2)) + axis.velocity_noise * generator.normal(size=2)
-    if channels.missing_load:
+    if not axis.flexible or channels.missing_load:
         return SensorSample(time, position, v, nan, nan)
     return SensorSample(time, position, v, load, v2)
 

@@ -97,7 +97,8 @@ def test_a_rest_lasts_longer_than_a_slow_axis_takes_for_an_encoder_step():
         t = max(0.2 - 1e-3 * max(k - 20, 0), 0.0)
         x = -0.02 if k < 20 else -0.5 * t**2
         seen = 1e-3 * round(x / 1e-3)
-        state, _ = controller.step(state, SensorSample(1e-3 * k, seen, math.nan, math.nan, math.nan))
+        sample = SensorSample(1e-3 * k, seen, math.nan, math.nan, math.nan)
+        state, _ = controller.step(state, sample)
         reached.append(controller.outcome(state) is PositioningOutcome.REACHED)
     first = reached.index(True)
     assert first >= 220  # not before it has stopped

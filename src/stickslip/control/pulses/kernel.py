@@ -205,9 +205,9 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     Then ``rest``, ``error`` and ``outcome`` (`MOVING` or `REACHED`) are those of this rest, and
     ``fresh`` says whether a pulse has led to it. It is False during a pulse, while the axis moves,
     and after a rest that was judged until the axis rests elsewhere. An axis farther from its target
-    than the tolerance may be judged by ``early`` samples. A position that hardly changes for long is
-    a rest although no velocity is 0 or no two positions are equal: sensors have offsets, and bristles
-    creep.
+    than the tolerance may be judged by ``early`` samples. A position that hardly changes for long
+    is a rest although no velocity is 0 or no two positions are equal: sensors have offsets, and
+    bristles creep.
     """
     s = head(vector)
     x = sample.measured_position

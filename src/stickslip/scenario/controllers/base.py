@@ -1,7 +1,7 @@
 """``[controller]``: the common part of all controllers, and the setup that they are built for."""
 
 from abc import abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
 from pathlib import Path
