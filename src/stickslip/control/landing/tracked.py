@@ -1,7 +1,6 @@
 """Landing of a flexible arm by series of pulses that feedback on both masses tracks."""
 
 from dataclasses import dataclass, fields, replace
-from itertools import pairwise
 from math import ceil, exp, hypot, inf, isfinite, pi, sqrt
 from typing import Any
 
@@ -21,24 +20,22 @@ from stickslip.control.landing.correction import (
     SEEN,
     CorrectedSeries,
     Deviation,
-    Goal,
     Tracking,
     before,
 )
 from stickslip.control.landing.drive_fit import LAGS, DriveFit, SeenSeries
 from stickslip.control.landing.growing import Growing
-from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.sensing import (
-    VelocityLag,
     acceleration,
     with_lag,
     with_load,
     with_velocities,
 )
 from stickslip.control.landing.supervisor import LEAST_FRICTION
-from stickslip.planning import LoadLosses, PulseSeries
+from stickslip.control.landing.tracked_state import TrackedState
+from stickslip.planning import LoadLosses, PulseLaw, PulseSeries
 from stickslip.plants import FlexibleArm
-from stickslip.records import SensorSample, quantity_field
+from stickslip.records import SensorSample
 
 # Feedback
 _POLE_DELAY = 0.5  # double pole times the delay of drive and samples
@@ -71,69 +68,6 @@ _SLOWEST = 0.3  # speed of such a series over its mean: slow motion has another 
 _GIVES_WAY = 0.1  # tolerances within which a mass rests
 _AT_ONCE, _BRIEF = 3, 6  # samples at rest before a plan, with sensors without noise and with some
 _KNOWN, _NEAR = 0.2, 2e-3  # of the tolerance, of the way left: to which a swing must be known
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrackedState(LandingState):
-    """State of a landing by tracked series.
-
-    Attributes
-    ----------
-    begun
-        Phases before the present target.
-    travel
-        Length of the move.
-    best
-        Smallest miss of the target so far.
-    integral
-        Effort of the integral action.
-    efforts
-        Sent in the present series.
-    drive
-        Friction, delay and gain of the drive by the series so far; None before the first.
-    load
-        Stiffness and losses of the load by the series so far.
-    deviations
-        Of the corrected series from the plan, in the present sample and some before.
-    goal
-        Final deviation that the correction of the series aims at.
-    computed
-        Whether the load was computed in some sample of the last series.
-    quick
-        Whether series that correct may be as quick as others, as slower ones have not helped.
-    nudges, nudge
-        Pulses on mass 1 alone since the last series; samples and effort left of one.
-    spent
-        Why no further series shall follow; None if one may.
-    lag
-        Of measured velocities.
-    last
-        The last sample with a position and a velocity of mass 1, its load as measured or, where it
-        is not measured, as computed from the motion of mass 1; None before the first.
-    """
-
-    begun: int = 0
-    travel: float = quantity_field("position", default=0.0)
-    best: float = quantity_field("position", default=inf)
-    integral: float = quantity_field("effort", default=0.0)
-    efforts: Growing[float] = Growing()
-    last: SensorSample | None = None
-    lag: VelocityLag = VelocityLag()
-    drive: DriveFit | None = None
-    load: LoadFit = LoadFit()
-    deviations: tuple[Deviation, ...] = ()
-    goal: Goal = NONE
-    computed: bool = False
-    spent: str | None = None
-    quick: bool = False
-    nudges: int = 0
-    nudge: tuple[int, float] = (0, 0.0)
-
-    @property
-    def series_since_target(self) -> int:
-        """How many series have begun since the last target, parts planned anew not counted."""
-        names = ["", *(phase.name for phase in self.phases[self.begun :])]
-        return sum(now == "series" != before for before, now in pairwise(names))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -580,8 +514,8 @@ class TrackedLandingController(LandingController):
     def _nudged(self, state: Any, swing: Swing) -> Any:
         """Return the state with a pulse that takes mass 1 alone to the target; None without one.
 
-        It is for an arm of which mass 2 rests on the target already, about. From rest, an effort u
-        of time t takes mass 1 u (u - F) t^2/(2 m1 F) far.
+        It is for an arm of which mass 2 rests on the target already, about, by the law of a pulse
+        on mass 1 without viscous friction.
         """
         error, tolerance = state.target - swing.position, self.tolerance
         load = hypot(swing.position + swing.offset - state.target, swing.velocity / swing.frequency)
@@ -590,13 +524,13 @@ class TrackedLandingController(LandingController):
         if not alone or state.nudges >= _NUDGES or state.series_since_target == 0:
             return None
         coulomb, _ = self._friction(state)
-        mass, T = self._estimated_arm(state).mass_1, self.sampling_time
-        product = 2.0 * mass * coulomb * abs(error)
-        largest = self._plan_limit(state)
+        T, largest = self.sampling_time, self._plan_limit(state)
         if largest <= coulomb:
             return None
-        samples = max(1, ceil(sqrt(product / (largest * (largest - coulomb))) / T))
-        effort = 0.5 * coulomb + sqrt(0.25 * coulomb**2 + product / (samples * T) ** 2)
+        mass = self._estimated_arm(state).mass_1
+        law = PulseLaw(mass=mass, coulomb_friction=coulomb, viscous_friction=0.0)
+        samples = max(1, ceil(float(law.width_for(abs(error), effort=largest)) / T))
+        effort = float(law.effort_for(abs(error), width=samples * T))
         effort = min(max(effort, coulomb * state.static_ratio), self.effort_limit)
         signed = effort if error > 0.0 else -effort
         state = replace(state, nudges=state.nudges + 1, nudge=(samples, signed))

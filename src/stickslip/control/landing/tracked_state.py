@@ -1,0 +1,76 @@
+"""State of a landing by tracked series."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import inf
+
+from stickslip.control.landing.arm_plan import LandingState
+from stickslip.control.landing.correction import NONE, Deviation, Goal
+from stickslip.control.landing.drive_fit import DriveFit
+from stickslip.control.landing.growing import Growing
+from stickslip.control.landing.load_fit import LoadFit
+from stickslip.control.landing.sensing import VelocityLag
+from stickslip.records import SensorSample, quantity_field
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackedState(LandingState):
+    """State of a landing by tracked series.
+
+    Attributes
+    ----------
+    begun
+        Phases before the present target.
+    travel
+        Length of the move.
+    best
+        Smallest miss of the target so far.
+    integral
+        Effort of the integral action.
+    efforts
+        Sent in the present series.
+    drive
+        Friction, delay and gain of the drive by the series so far; None before the first.
+    load
+        Stiffness and losses of the load by the series so far.
+    deviations
+        Of the corrected series from the plan, in the present sample and some before.
+    goal
+        Final deviation that the correction of the series aims at.
+    computed
+        Whether the load was computed in some sample of the last series.
+    quick
+        Whether series that correct may be as quick as others, as slower ones have not helped.
+    nudges, nudge
+        Pulses on mass 1 alone since the last series; samples and effort left of one.
+    spent
+        Why no further series shall follow; None if one may.
+    lag
+        Of measured velocities.
+    last
+        The last sample with a position and a velocity of mass 1, its load as measured or, where it
+        is not measured, as computed from the motion of mass 1; None before the first.
+    """
+
+    begun: int = 0
+    travel: float = quantity_field("position", default=0.0)
+    best: float = quantity_field("position", default=inf)
+    integral: float = quantity_field("effort", default=0.0)
+    efforts: Growing[float] = Growing()
+    last: SensorSample | None = None
+    lag: VelocityLag = VelocityLag()
+    drive: DriveFit | None = None
+    load: LoadFit = LoadFit()
+    deviations: tuple[Deviation, ...] = ()
+    goal: Goal = NONE
+    computed: bool = False
+    spent: str | None = None
+    quick: bool = False
+    nudges: int = 0
+    nudge: tuple[int, float] = (0, 0.0)
+
+    @property
+    def series_since_target(self) -> int:
+        """How many series have begun since the last target, parts planned anew not counted."""
+        names = ["", *(phase.name for phase in self.phases[self.begun :])]
+        return sum(now == "series" != before for before, now in pairwise(names))
