@@ -84,6 +84,7 @@ _FAST, _OUTSIDE = 3, 2  # samples above the speed limit, beyond the travel
 _UNSEEN = 1.5  # times the braking, where mass 2 is not seen: mass 1 is faster than both on average
 _MEMORY = 0.9  # of the mismatch
 _FREE_SAMPLES, _FREE_TIME = 25, 0.2  # samples and time [s] of acceleration without effort
+_FALLS = 0.1  # of a stall, or of the travel
 _CONSTANT = 1e3  # errors of a way: over so long a way the speed of an axis with friction falls
 _IDLE = 25  # samples at rest without effort that end a move
 _BLOCKED_SAMPLES, _BLOCKED_TIME = 100, 0.5
@@ -129,7 +130,8 @@ def _falls(g: Any, x: float, v: float, rests: bool) -> bool:
         return False
     g.half, g.half_x = g.free - 1, x
     constant = d_1 + d_2 > _CONSTANT * error
-    return long and d_2 > 0.0 and g.gravity == 1 and (d_2 > d_1 + error or constant)
+    far = d_1 + d_2 > _FALLS * min(g.stall, g.high - g.low)  # bristles spring back by less
+    return long and far and g.gravity == 1 and (d_2 > d_1 + error or constant)
 
 
 @compiled()
