@@ -113,6 +113,7 @@ def _ended(p: Any, s: Any, own: Any) -> None:
             i = COULOMB + each
             sure = HIGHEST * F * math.exp(_CERTAIN * math.sqrt(own.covariance[i, i]))
             own.moved_at[each] = min(own.moved_at[each], sure)
+    if p.seen and p.rows >= _LEARNED and (explained or (p.known == 0 and at.certain(p))):
         p.known = 1 if p.known or at.certain(p) else 0
         p.delay, p.lag = at.delay_of(p.best), at.lag_of(p.best)
         s.delay, own.lag = p.delay + p.lag, p.lag * p.period
