@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 
 from stickslip.control.landing.correction import NONE, CorrectedSeries, Tracking
 from stickslip.control.landing.drive_fit import DriveFit
-from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.load_fit import LoadFit
 from stickslip.friction import CoulombViscousFriction
+from stickslip.numerics.growing import Growing
 from stickslip.planning import NO_LOSSES, LoadLosses, PulseSeriesPlanner
 from stickslip.plants import FlexibleArm
 

@@ -17,7 +17,7 @@ from stickslip.control.landing.arm_belief import (
     check_learned,
 )
 from stickslip.control.landing.arm_plan import LATE, ArmPlans, LandingState, PlanRequest
-from stickslip.control.landing.growing import Growing
+from stickslip.numerics.growing import Growing
 from stickslip.planning import PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import (

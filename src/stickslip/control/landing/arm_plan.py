@@ -16,7 +16,6 @@ from stickslip.control.landing.arm_belief import (
     Swing,
 )
 from stickslip.control.landing.drive_fit import DriveFit
-from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.supervisor import (
     FRICTION,
@@ -26,6 +25,7 @@ from stickslip.control.landing.supervisor import (
     Window,
 )
 from stickslip.friction import CoulombViscousFriction
+from stickslip.numerics.growing import Growing
 from stickslip.planning import NO_LOSSES, LoadLosses, PulseLaw, PulseSeries, PulseSeriesPlanner
 from stickslip.plants import FlexibleArm
 from stickslip.records import (

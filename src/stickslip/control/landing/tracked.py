@@ -24,7 +24,6 @@ from stickslip.control.landing.correction import (
     before,
 )
 from stickslip.control.landing.drive_fit import LAGS, DriveFit, SeenSeries
-from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.sensing import (
     acceleration,
     with_lag,
@@ -33,6 +32,7 @@ from stickslip.control.landing.sensing import (
 )
 from stickslip.control.landing.supervisor import LEAST_FRICTION
 from stickslip.control.landing.tracked_state import TrackedState
+from stickslip.numerics.growing import Growing
 from stickslip.planning import LoadLosses, PulseLaw, PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample

@@ -7,9 +7,9 @@ from math import inf
 from stickslip.control.landing.arm_plan import LandingState
 from stickslip.control.landing.correction import NONE, Deviation, Goal
 from stickslip.control.landing.drive_fit import DriveFit
-from stickslip.control.landing.growing import Growing
 from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.sensing import VelocityLag
+from stickslip.numerics.growing import Growing
 from stickslip.records import SensorSample, quantity_field
 
 

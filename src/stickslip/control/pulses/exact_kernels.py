@@ -124,7 +124,7 @@ _SLOWEST_WALK = 1e-10  # variance: what the estimates forget even where friction
 # Choice
 _CAUTION = 2.0  # standard deviations by which a pulse falls short when it is uncertain
 _SURE = 0.5  # between the estimated breakaway and an effort that has freed the mass
-_LONGEST_REST = 10  # windows
+_LONGEST_REST = 10.0  # windows
 _HOPELESS = 4.0  # standard deviations over what would do: fewer than one try in five succeeds
 _NEAR = 3.0  # times the best error so far
 _DETOURS = 4  # most samples of a pulse back that is looked for
@@ -578,8 +578,8 @@ def lengthen_rest(s: Any, own: Any) -> None:
     Slowed by F/m alone, an axis goes F (n T)^2/(2 m) in the last n samples.
     """
     F = math.exp(min(own.values[COULOMB], own.values[COULOMB + 1]))
-    n = math.ceil(math.sqrt(2.0 * s.spread * math.exp(own.values[0]) / F) / own.period)
-    s.calm_least = min(n, _LONGEST_REST * s.window) if n > s.window else 0
+    n = math.sqrt(2.0 * s.spread * math.exp(own.values[0]) / F) / own.period
+    s.calm_least = min(n, _LONGEST_REST * s.window) if n > s.window else 0.0
 
 
 @compiled()

@@ -73,7 +73,7 @@ HEAD = np.dtype(
         ("delay", "f8"),  # of the sensors, in samples
         ("early", "i8"),  # samples of a rest far from the target; 0 for the window
         ("calm_width", "f8"),  # largest range of positions that hardly change
-        ("calm_least", "i8"),  # samples in which they do so at rest, where more than the window
+        ("calm_least", "f8"),  # samples in which they do so at rest, where more than the window
         # What changes
         ("phase", "i8"),
         ("outcome", "i8"),
