@@ -1,4 +1,4 @@
-"""Judge a controller on rigid axes of all sizes: ``python -m studies.positioning_faults.varied``.
+"""Judge `precise` on rigid axes of all sizes: ``python -m studies.positioning_faults.varied``.
 
 Each axis has a size, a sampling time, sensors, a task, a guess and at most one fault of its own.
 Prints one table, with a row for each value of what was drawn from a few.
@@ -37,7 +37,7 @@ class Drawn:
     shortest: tuple[float, ...]
 
 
-def varied(seed: int, method: str) -> Drawn:
+def varied(seed: int) -> Drawn:
     """Draw a servo of 1e-4 to 0.1 kg m^2 or a stage of 1 to 200 kg, and its task.
 
     Coulomb friction decelerates it by 3 to 300 rad/s^2, or 0.2 to 10 m/s^2. The effort limit is 1.7
@@ -88,7 +88,7 @@ def varied(seed: int, method: str) -> Drawn:
                 "viscous_friction": c,
                 "static_friction": static * F,
             },
-            "controller": {"method": method, "effort_limit": ratio * F},
+            "controller": {"method": "precise", "effort_limit": ratio * F},
             "guess": {"mass": m} if guess == "mass alone" else {"mass": body * m, **friction},
         },
         targets=targets,
@@ -161,9 +161,9 @@ def rows(drawn: Sequence[Drawn], outcomes: Sequence[Outcome]) -> Iterator[list[s
         ]
 
 
-def study(axes: int, first: int, method: str) -> str:
+def study(axes: int, first: int) -> str:
     """Return the table of axes with the seeds from the first on."""
-    drawn = [varied(seed, method) for seed in range(first, first + axes)]
+    drawn = [varied(seed) for seed in range(first, first + axes)]
     progress = Console(stderr=True)
     outcomes: list[Outcome] = []
     for each in track(drawn, console=progress, transient=True):
@@ -187,9 +187,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m studies.positioning_faults.varied")
     parser.add_argument("--axes", type=int, default=1000)
     parser.add_argument("--first-seed", type=int, default=0)
-    parser.add_argument("--method", default="precise")
     given = parser.parse_args()
-    Console().print(study(given.axes, given.first_seed, given.method), markup=False, soft_wrap=True)
+    Console().print(study(given.axes, given.first_seed), markup=False, soft_wrap=True)
 
 
 if __name__ == "__main__":
