@@ -232,6 +232,18 @@ def test_a_load_is_found_among_the_errors_of_the_positions(
     assert named == (50 if falls else 0)
 
 
+def test_bristles_that_spring_back_are_no_load() -> None:
+    """Half a swing of 3 mm in 0.8 s, of which the first 0.64 s are looked at."""
+    guard = guarded(Push(0.0))
+    state = guard.init()
+    for k in range(200):
+        t = min(k * T, 0.8)
+        x = 1.5e-3 * (1.0 - np.cos(np.pi * t / 0.8))
+        v = 1.5e-3 * np.pi / 0.8 * np.sin(np.pi * t / 0.8)
+        state, _ = guard.step(state, SensorSample(k * T, x, v, nan, nan))
+    assert guard.why(state) is None
+
+
 def test_velocities_may_be_differences_of_encoder_positions() -> None:
     """At 1 kHz a step of 0.1 mm is a velocity of 0.1 m/s, more than any force makes in a sample."""
     period, step, effort = 1e-3, 1e-4, 120.0

@@ -7,6 +7,7 @@ import pytest
 from mujoco_example import mujoco_example
 
 from stickslip import CoulombViscousFriction, FlexibleArm, simulate
+from stickslip.control import TrackedLandingController
 from stickslip.planning import PulseSeriesPlanner
 
 EULER_POSITION = 1e-4
@@ -82,3 +83,26 @@ def test_it_lands_on_one_target_after_the_other(example: ModuleType) -> None:
     found = pilot.estimates(state)
     assert found["coulomb_friction"] == pytest.approx(example.COULOMB, rel=1e-3)
     assert found["viscous_friction"] == pytest.approx(example.VISCOUS, rel=1e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(6))
+def test_it_lands_where_friction_stops_mass_1_softly(
+    example: ModuleType, monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    """Steps of 2 ms: mass 1 goes on by some 0.1 mm where exact friction stops it."""
+    soft = example.ARM.replace(repr(example.STEP), "0.002").replace(repr(2 * example.STEP), "0.004")
+    monkeypatch.setattr(example, "ARM", soft.replace('"Euler"', '"implicitfast"'))
+    monkeypatch.setattr(example, "STEP", 2e-3)
+    arm, generator = example.MuJoCoArm(), np.random.default_rng(seed)
+    pilot = TrackedLandingController(
+        sampling_time=example.T, target=0.0, tolerance=3e-5, arm=known_arm(example),
+        effort_limit=example.EFFORT_LIMIT, estimator=example.controller(0.0).estimator,
+        position_noise=example.POSITION_NOISE, velocity_noise=example.VELOCITY_NOISE,
+    )  # fmt: skip
+    state = pilot.init()
+    for target in (1.0, 0.6, -0.3):
+        state = example.land(arm, pilot, pilot.retargeted(state, target), generator)
+        assert pilot.outcome(state).value == "reached"
+        assert abs(arm.state[0] - target) < 3e-5 + example.POSITION_NOISE
+        assert example.swing(arm) < 3e-5 + example.POSITION_NOISE

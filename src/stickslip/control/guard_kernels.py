@@ -94,6 +94,7 @@ _SLOW = 2.0  # samples of braking: an axis so slow has stopped
 _MOVES = 1e-3  # of the travel: an axis that was let go is moved by something
 _WIDE = 4.0  # resolutions: errors of two positions, and of the speed from them
 _ALIKE = 8  # samples: a slow sensor may repeat some
+_SLOWS = 0.9  # of the mean speed of a time: a lower one at its end shows no load
 _CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
 _STANDS = 20  # samples without motion under an effort
 _HELD = 0.75  # of the effort limit: friction certainly holds no more
@@ -128,9 +129,11 @@ def _falls(g: Any, x: float, v: float, rests: bool) -> bool:
     if d_1 > d_2 + error:
         g.free, g.free_x, g.half, g.half_x = 1, x, 1, x
         return False
+    last = (abs(v) + g.velocity_resolution) * g.half * g.period  # in such a time, as fast as now
     g.half, g.half_x = g.free - 1, x
     constant = d_1 + d_2 > _CONSTANT * error
-    far = d_1 + d_2 > _FALLS * min(g.stall, g.high - g.low)  # bristles spring back by less
+    # Bristles spring back by less, or become slower at the end
+    far = d_1 + d_2 > _FALLS * min(g.stall, g.high - g.low) and last > _SLOWS * d_2 - error
     return long and far and g.gravity == 1 and (d_2 > d_1 + error or constant)
 
 

@@ -58,6 +58,9 @@ _SEES, _SURELY = 8, 3.0  # samples, bands of rest in which a mass that moves is 
 _PULSES = 300.0  # in half a swing at most
 _DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
 _NUDGED, _NUDGES = 0.02, 8  # of the move; pulses on mass 1 alone
+_BESIDE = 0.7  # of the tolerance: mass 2 from the target where such a pulse is fired
+_PASSES = 0.1  # of the error of mass 1: likewise, beyond the nearest that it comes
+_PERIODS = 1.2  # of mass 2: time to wait for that
 _SHARE = 0.85  # of the effort limit; the rest is for feedback
 _GUESSED = 0.1  # Coulomb friction over the effort limit, where nothing is known
 _LONGER = (1.0, 2.0, 4.0, 8.0)  # times that, one after the other, where the arm rests
@@ -514,15 +517,26 @@ class TrackedLandingController(LandingController):
     def _nudged(self, state: Any, swing: Swing) -> Any:
         """Return the state with a pulse that takes mass 1 alone to the target; None without one.
 
-        It is for an arm of which mass 2 rests on the target already, about, by the law of a pulse
-        on mass 1 without viscous friction.
+        It is for an arm of which mass 2 rests on the target, about, or passes it slowly: then the
+        state is returned as it is until that moment. The law is that of a pulse on mass 1 without
+        viscous friction.
         """
         error, tolerance = state.target - swing.position, self.tolerance
-        load = hypot(swing.position + swing.offset - state.target, swing.velocity / swing.frequency)
-        near = tolerance < abs(error) <= _NUDGED * state.travel
-        alone = near and load <= max(0.7 * tolerance, 0.5 * abs(error))
-        if not alone or state.nudges >= _NUDGES or state.series_since_target == 0:
+        if not 0.5 * tolerance < abs(error) <= _NUDGED * state.travel:
             return None
+        spent = state.nudges >= _NUDGES or state.series_since_target == 0
+        if spent or self._miss(state, swing) <= tolerance:
+            return None
+        rate = swing.velocity / swing.frequency
+        load = hypot(swing.offset - error, rate)  # mass 2 from the target
+        least = abs(swing.amplitude - abs(error))  # once in a period
+        leaves = rate * error < 0.0
+        beside, wide = _BESIDE * tolerance, 0.5 * abs(error)
+        close = max(0.5 * beside, least + _PASSES * abs(error))
+        if load > (max(beside, wide) if leaves else close):
+            passes = least <= max(beside, wide)
+            waits = self.sampling_time * state.window.count <= _PERIODS * 2.0 * self.half_swing
+            return state if passes and waits else None
         coulomb, _ = self._friction(state)
         T, largest = self.sampling_time, self._plan_limit(state)
         if largest <= coulomb:

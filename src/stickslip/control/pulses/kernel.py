@@ -43,6 +43,7 @@ _MOST_LEVELS = 4  # of one pulse
 TRACE_SIZE = 64  # positions kept from a pulse's first sample on
 _NEVER = 2**40  # an age at which no position is kept
 CREEP = 0.01  # of the tolerance: positions that hardly change, where none is exact at rest
+_FAR = 1e-3  # of the way left: likewise
 _CALM = 20  # samples of them that are a rest
 ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more has been rounded so
 
@@ -127,6 +128,12 @@ def readable(vector: Float[np.ndarray, " s"], method: int, sample: SensorSample)
 
 
 @compiled()
+def _calm_width(s: Any) -> float:
+    """Return the range of positions that hardly change: the farther from the target the wider."""
+    return max(s.calm_width, _FAR * abs(s.target - s.position))
+
+
+@compiled()
 def _see(vector: Float[np.ndarray, " s"], x: float, v: float) -> None:
     """Take a sample into the window."""
     s = head(vector)
@@ -136,7 +143,7 @@ def _see(vector: Float[np.ndarray, " s"], x: float, v: float) -> None:
     s.quiet = s.quiet + 1 if s.speed == np.inf or abs(v) <= s.speed else 0
     s.lowest, s.highest = min(s.lowest, x), max(s.highest, x)
     s.calm += 1
-    if s.calm == 1 or s.highest - s.lowest > s.calm_width:
+    if s.calm == 1 or s.highest - s.lowest > _calm_width(s):
         s.calm, s.lowest, s.highest = 1, x, x
 
 
@@ -229,7 +236,7 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
             return False
     least = s.least_motion
     if np.isnan(rest) and s.calm >= max(_CALM, s.window):
-        rest, least = x, max(least, s.calm_width)
+        rest, least = x, max(least, _calm_width(s))
     if np.isnan(rest) or s.calm < s.calm_least:
         return False
     if s.phase == RESTING and abs(rest - s.rest) <= least:
