@@ -104,6 +104,19 @@ def test_what_is_out_of_reach_is_not_aimed_at() -> None:
     assert goal[:2] == (0.0, 0.0)
 
 
+@pytest.mark.parametrize("rests", [False, True])
+def test_a_series_back_is_the_mirror_image_of_one_forth(rests: bool) -> None:
+    sticky = LOSSES._replace(coulomb_friction=0.02)
+    forth, back = (corrected(target, sticky, rests=rests) for target in (0.4, -0.4))
+    looked = [k for k in range(forth.moving) if forth.goal(k, (0.0, 0.0, 0.05, 0.0), NONE) != NONE]
+    assert len(looked) > 10
+    for k in looked:
+        for off in (0.0, 0.01, 0.05):
+            goal = np.array(forth.goal(k, (0.0, 0.0, off, 0.0), NONE))
+            mirrored = np.array(back.goal(k, (0.0, 0.0, -off, 0.0), NONE))
+            assert np.allclose(mirrored, -goal, rtol=0.0, atol=1e-9)
+
+
 def test_with_noise_less_is_corrected_late_and_mass_1_still_ends_on_its_plan() -> None:
     late, deviation = 0.8, (0.0, 2e-4)
     exact = corrected(1.0, NO_LOSSES, rests=False)

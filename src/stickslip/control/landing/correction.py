@@ -359,7 +359,8 @@ class CorrectedSeries(PulseSeries):
         way = self.direction
         speed = way * self.velocity[: self.moving + 1] / self.frequency
         bounds = (self.low, self.high) if way > 0 else (-self.high, -self.low)
-        motion = (self.maps, self.steps, self.rests, way * self.forced)
+        P, D, G, H = self.maps
+        motion = ((P, way * D, G, H), self.steps, self.rests, way * self.forced)
         x, v, x2, v2 = _nearest(k, way * self._scaled(r), motion, (speed, *bounds)).tolist()
         return way * x, way * v, way * x2, way * v2
 
