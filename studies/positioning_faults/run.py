@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import hypot, isfinite, nan
+from math import hypot, isfinite, nan, sqrt
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -28,7 +28,7 @@ from studies.positioning_faults.cases import Case
 
 __all__ = ["Axis", "Outcome", "arms", "axes", "move_axis"]
 
-_PLANNED = 0.02  # samples of the plans of the shortest times [s]
+_PLANNED, _ANGLE = 0.02, 0.06  # samples of the plans of the shortest times: time [s], swing [rad]
 _FACTOR = 3.0  # of the parameters of an arm around their means
 _STOPPED = -1e9  # effort of a controller that raised an error
 
@@ -272,7 +272,7 @@ def shortest(axis: Axis) -> tuple[float, ...]:
             stiffness=plant.coupling_stiffness,
             friction=law,
         ),
-        sampling_time=_PLANNED,
+        sampling_time=min(_PLANNED, _ANGLE * sqrt(plant.load_mass / plant.coupling_stiffness)),
         effort_limit=float(axis.tables["controller"]["effort_limit"]),
     )
     ends = (0.0, *axis.targets)

@@ -326,6 +326,11 @@ def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixtur
     assert isfinite(effort)
     assert "failed" in str(guard.why(state))
     assert "far away" in caplog.text
+    # It is not called again
+    caplog.clear()
+    state, effort = guard.step(state, SensorSample(2.0 * T, 2e6, 0.0, nan, nan))
+    assert isfinite(effort)
+    assert not caplog.text
 
 
 def test_a_glitch_is_no_way_out_of_the_travel() -> None:

@@ -8,10 +8,10 @@ import pytest
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.simulation import simulate
-from studies.mismatch.plant import FINE_STEP, HeldPlant
+from studies.mismatch.plant import FINE_STEP, HeldPlant, Plant
 from studies.positioning_faults.__main__ import RUNAWAY, row
-from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES, Case
-from studies.positioning_faults.run import arms, axes, move_axis
+from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES, Case, Channels, Noise
+from studies.positioning_faults.run import Axis, arms, axes, move_axis
 from studies.positioning_faults.safety import unsafe
 from studies.positioning_faults.varied import rows, varied
 
@@ -150,3 +150,50 @@ def test_an_arm_of_unknown_friction_lands(name: str) -> None:
 
 def test_random_faults_are_safe() -> None:
     assert [fault for seed in (*range(RUNS), *FOUND) if (fault := unsafe(seed))] == []
+
+
+def small_arm(
+    masses: tuple[float, float], stiffness: float, *, limit: float, ratio: float, way: float
+) -> Axis:
+    """Return an arm with a sampling time of 1 ms, Stribeck friction, and a move forth and back."""
+    friction = limit / ratio
+    known = {
+        "coulomb_friction": friction, "viscous_friction": 0.01, "static_friction": 1.1 * friction,
+    }  # fmt: skip
+    return Axis(
+        plant=Plant(
+            mass=masses[0], coulomb_positive=friction, coulomb_negative=friction,
+            viscous_positive=0.01, viscous_negative=0.01, static_ratio=1.1,
+            stribeck_velocity=way / 4.0, load_mass=masses[1], coupling_stiffness=stiffness,
+        ),
+        tables={
+            "axis": {"mass": masses[0], "load_mass": masses[1], "stiffness": stiffness, **known},
+            "controller": {"method": "tracked", "effort_limit": limit},
+            "guess": {
+                "coulomb_friction": 1.05 * friction, "viscous_friction": 0.01,
+                "friction_uncertainty": 0.05,
+            },
+        },
+        targets=(-way, 0.0), tolerance=1e-4 * way, duration=1.5, sampling_time=1e-3,
+        noise=0.0, encoder_step=0.0, seed=1,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.5, 1.5])
+def test_a_load_that_swings_in_some_ten_samples(delay: float) -> None:
+    """The move takes little more than half a swing of a load five times as heavy as mass 1."""
+    arm = small_arm((1.7, 8.6), 68e3, limit=1000.0, ratio=3.2, way=0.0145)
+    case = Case(name="", plant=lambda p, T: p._replace(actuation_delay=delay * T))
+    outcome = move_axis(arm, case)
+    assert not np.isnan(outcome.settling).any()
+    assert outcome.farthest < SAFE
+
+
+def test_an_encoder_step_of_many_times_the_way_of_a_sample() -> None:
+    """The whole effort moves mass 1 from rest by a thirtieth of a step in a sample."""
+    arm = small_arm((2.2, 1.2), 573.0, limit=4.3, ratio=30.0, way=0.105)
+    encoder = Channels(noise=lambda T: Noise.of_encoder(3e-5, T))
+    arm = replace(arm, tolerance=1.5e-4, duration=8.0)
+    outcome = move_axis(arm, Case(name="", channels=encoder))
+    assert not np.isnan(outcome.settling).any()
+    assert max(outcome.over_shortest) < 1.5

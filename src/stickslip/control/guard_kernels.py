@@ -133,8 +133,9 @@ def _falls(g: Any, x: float, v: float, rests: bool) -> bool:
     g.half, g.half_x = g.free - 1, x
     constant = d_1 + d_2 > _CONSTANT * error
     # Bristles spring back by less, or become slower at the end
-    far = d_1 + d_2 > _FALLS * min(g.stall, g.high - g.low) and last > _SLOWS * d_2 - error
-    return long and far and g.gravity == 1 and (d_2 > d_1 + error or constant)
+    far = d_1 + d_2 > _FALLS * min(g.stall, g.high - g.low)
+    fast = last > _SLOWS * d_2 - error
+    return long and far and fast and g.gravity == 1 and (d_2 > d_1 + error or constant)
 
 
 @compiled()

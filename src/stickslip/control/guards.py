@@ -329,8 +329,11 @@ class GuardedController(PositionController[GuardedState]):
         guard = state.guard.copy()
         inner, effort = state.inner, nan
         readable = at.admit(guard, *seen)
+        failed = at.fields(guard).fault == at.FAILED
         try:
-            if readable:
+            if failed:
+                pass
+            elif readable:
                 inner, effort = self._inner.step(inner, seen)
             elif seen.time == seen.time:
                 inner, effort = self.controller.blind(inner, seen.time)

@@ -6,6 +6,7 @@ Resting, mass 1 is held by static friction with an effort in the middle of what 
 left of an error is what it did before the rest, and the swing meets mass 1 where it is.
 """
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -30,6 +31,7 @@ class Rest(NamedTuple):
 def with_rest(move: Move, programme: Programme, solution: Solution, gap: float) -> Rest | None:
     """Return the series with its longest creeping made a rest; None if there is none to make.
 
+    A rest near the begin is none: what followed it could be planned with the same rest for ever.
     ``gap`` is that of the impulse of the second part.
     """
     effort = landed(programme, solution)
@@ -37,12 +39,17 @@ def with_rest(move: Move, programme: Programme, solution: Solution, gap: float) 
     each = programme.steps_per_pulse
     speed = states[::each, 1]
     creeping = _longest(speed < TUNING.creep_share * speed.max())
-    if creeping is None or creeping[1] - creeping[0] < TUNING.min_rest_pulses:
+    if creeping is None:
         return None
     first, last = creeping
+    brief = TUNING.min_rest / math.sqrt(move.arm.stiffness / move.arm.mass_2) / move.pulse_width
+    if last - first < max(TUNING.min_rest_pulses, brief):
+        return None
+    if states[first * each, 0] < TUNING.least_before_rest * move.travel:
+        return None
     tried = 0
     for begin in range(first, last - TUNING.min_rest_pulses):
-        stopped = _stopped(move, programme, effort[: begin + 1])
+        stopped = _stopped(move, programme, effort[:begin])
         if stopped is None:
             continue
         tried += 1

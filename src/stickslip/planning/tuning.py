@@ -92,6 +92,10 @@ class SeriesTuning:
     """Velocity below which mass 1 creeps [highest velocity]. Work 1.00, 1.01."""
     min_rest_pulses: int = 4
     """Pulses of the shortest rest on the way [-]. Work 1.00, 1.00."""
+    min_rest: float = 0.3
+    """Swing of mass 2 in the shortest rest on the way [rad]: what creeps less comes to no stop."""
+    least_before_rest: float = 0.05
+    """Way to a rest at least [travel]."""
     rest_trials: int = 8
     """Pulses tried as the begin of a rest at most [-]. Work 1.00, 1.00."""
     earlier_pulses: int = 3

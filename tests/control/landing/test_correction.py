@@ -206,3 +206,21 @@ def test_a_growing_sequence_is_a_list_whose_past_stays() -> None:
     assert list(grown) == list(range(1000))
     assert len(grown) == 1000
     assert list(before) == list(range(300))
+
+
+def test_the_planned_state_between_samples_is_that_of_the_equations() -> None:
+    series = corrected(1.0, NO_LOSSES, rests=False)
+    w = np.sqrt(ARM.stiffness / ARM.mass_2)
+    for k in (2, 40, 90):
+        start = series.at(float(k))
+
+        def rate(_: float, y: np.ndarray, u: float = float(series.effort[k])) -> list[float]:
+            spring = ARM.stiffness * (y[0] - y[2])
+            return [
+                y[1], (u - 0.15 - 0.1 * y[1] - spring) / ARM.mass_1, y[3], spring / ARM.mass_2,
+            ]  # fmt: skip
+
+        for share in (0.25, 0.5, 0.8):
+            solved = solve_ivp(rate, (0.0, share * T), start, rtol=1e-12, atol=1e-14)
+            off = (np.array(series.at(k + share)) - solved.y[:, -1]) / (1.0, w, 1.0, w)
+            assert np.abs(off).max() < 1e-6

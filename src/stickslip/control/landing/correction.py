@@ -199,6 +199,8 @@ class Tracking:
         Samples on the target after the series.
     limit
         Effort that no correction leads beyond [N or N m].
+    filtered
+        Share of a deviation of the velocity that its filter takes over in a sample [-].
     noise
         Standard deviation of a position and of a velocity [m or rad, m/s or rad/s].
     learned
@@ -208,6 +210,7 @@ class Tracking:
     pole: float
     settling: int
     limit: float
+    filtered: float = 1.0
     noise: tuple[float, float] = (0.0, 0.0)
     learned: bool = False
 
@@ -222,8 +225,8 @@ class CorrectedSeries(PulseSeries):
         Of the load.
     drive
         What was known of it.
-    pole
-        Double pole of the feedback [rad/s].
+    pole, filtered
+        Of the feedback (`Tracking`).
     moving
         Samples before the time on the target.
     frequency
@@ -240,6 +243,8 @@ class CorrectedSeries(PulseSeries):
         and while it rests.
     low, high
         Bounds of the acceleration that corrects.
+    ahead
+        Motion and bounds in the direction of the series, for `goal`.
     taken
         Gain of what is seen of mass 2 (`seen`).
     """
@@ -247,6 +252,7 @@ class CorrectedSeries(PulseSeries):
     losses: LoadLosses
     drive: DriveFit
     pole: float
+    filtered: float
     moving: int
     frequency: float
     maps: tuple[
@@ -260,6 +266,7 @@ class CorrectedSeries(PulseSeries):
     steps: tuple[Float[np.ndarray, "4 6"], Float[np.ndarray, "4 6"]]
     low: Float[np.ndarray, " m"]
     high: Float[np.ndarray, " m"]
+    ahead: tuple[Motion, Bounds]
     taken: Gain
 
     @classmethod
@@ -303,19 +310,27 @@ class CorrectedSeries(PulseSeries):
         strays = (_LEARNED if tracking.learned else _UNKNOWN) * float(np.ptp(series.position))
         taken, spread = _taken(w, T, pole, strays, tracking.noise)
         unsure = (spread * arm.mass_1 / (_EASY * limit)) ** 2
+        maps = _gains(*steps, rests, weight, forced, unsure)
+        low = np.minimum(0.0, -limit - series.effort) / arm.mass_1
+        high = np.maximum(0.0, limit - series.effort) / arm.mass_1
+        way, (P, D, G, H) = series.direction, maps
+        motion = ((P, way * D, G, H), steps, rests, way * forced)
+        bounds = (low, high) if way > 0 else (-high, -low)
         return cls(
             **values,
             losses=losses,
             drive=drive,
             pole=pole,
+            filtered=tracking.filtered,
             moving=n,
             frequency=w,
-            maps=_gains(*steps, rests, weight, forced, unsure),
+            maps=maps,
             forced=forced,
             rests=rests,
             steps=steps,
-            low=np.minimum(0.0, -limit - series.effort) / arm.mass_1,
-            high=np.maximum(0.0, limit - series.effort) / arm.mass_1,
+            low=low,
+            high=high,
+            ahead=(motion, (way * series.velocity / w, *bounds)),
             taken=taken,
         )
 
@@ -335,16 +350,11 @@ class CorrectedSeries(PulseSeries):
         """Return the planned state, also between samples."""
         k = min(max(k, 0.0), float(self.effort.size))
         i = min(int(k), self.effort.size - 1)
-        s, T = k - i, self.sampling_time
+        return _between(self._planned(i), self._planned(i + 1), k - i, self.sampling_time)
+
+    def _planned(self, i: int) -> Deviation:
         x, v, x2, v2 = self.position, self.velocity, self.load_position, self.load_velocity
-        # The straight line, and half of the constant acceleration
-        bent = 0.5 * s * (1.0 - s) * T
-        return (
-            (1.0 - s) * float(x[i]) + s * float(x[i + 1]) - bent * float(v[i + 1] - v[i]),
-            (1.0 - s) * float(v[i]) + s * float(v[i + 1]),
-            (1.0 - s) * float(x2[i]) + s * float(x2[i + 1]) - bent * float(v2[i + 1] - v2[i]),
-            (1.0 - s) * float(v2[i]) + s * float(v2[i + 1]),
-        )
+        return float(x[i]), float(v[i]), float(x2[i]), float(v2[i])
 
     def _scaled(self, r: Deviation) -> Float[np.ndarray, " 4"]:
         return np.array([r[0], r[1] / self.frequency, r[2], r[3] / self.frequency])
@@ -357,11 +367,7 @@ class CorrectedSeries(PulseSeries):
         if k >= self.moving or k % max(1, self.moving // _LOOKS) != 0:
             return last
         way = self.direction
-        speed = way * self.velocity[: self.moving + 1] / self.frequency
-        bounds = (self.low, self.high) if way > 0 else (-self.high, -self.low)
-        P, D, G, H = self.maps
-        motion = ((P, way * D, G, H), self.steps, self.rests, way * self.forced)
-        x, v, x2, v2 = _nearest(k, way * self._scaled(r), motion, (speed, *bounds)).tolist()
+        x, v, x2, v2 = _nearest(k, way * self._scaled(r), *self.ahead).tolist()
         return way * x, way * v, way * x2, way * v2
 
     def acceleration(self, k: int, r: Deviation, goal: Goal) -> float:
@@ -385,10 +391,20 @@ class CorrectedSeries(PulseSeries):
         return x, w * v, x2, w * v2
 
 
-def before(deviations: tuple[Deviation, ...], delay: float) -> Deviation:
-    """Return the deviation some samples before the last one."""
+def before(deviations: tuple[Deviation, ...], delay: float, T: float) -> Deviation:
+    """Return the deviation some samples of length T before the last one."""
     i = min(int(delay), len(deviations) - 2)
-    s = delay - i
-    later, earlier = deviations[-1 - i], deviations[-2 - i]
-    x, v, x2, v2 = ((1.0 - s) * b + s * a for a, b in zip(earlier, later, strict=True))
-    return x, v, x2, v2
+    return _between(deviations[-2 - i], deviations[-1 - i], 1.0 + i - delay, T)
+
+
+def _between(earlier: Deviation, later: Deviation, s: float, T: float) -> Deviation:
+    """Return the state at a share s of a sample of length T, by the cubic through both states."""
+    swells, ahead, back = s * s * (3.0 - 2.0 * s), s * (1.0 - s) ** 2 * T, s * s * (1.0 - s) * T
+    rises = 6.0 * s * (1.0 - s) / T
+    leaves, arrives = (1.0 - s) * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)
+    values: list[float] = []
+    for j in (0, 2):
+        way, v, w = later[j] - earlier[j], earlier[j + 1], later[j + 1]
+        values.append(earlier[j] + swells * way + ahead * v - back * w)
+        values.append(rises * way + leaves * v + arrives * w)
+    return values[0], values[1], values[2], values[3]

@@ -42,6 +42,10 @@ _POLE_DELAY = 0.5  # double pole times the delay of drive and samples
 _SAMPLES = 1.5  # that an effort takes to show in a sample without a delay of the drive, on average
 _UNKNOWN = 2.0  # samples of delay assumed before the first series
 _POLE_RESONANCES = 12.0  # double pole over the resonance of the free arm at most
+_BY_NOISE = 0.1  # of the effort limit, that noise may take
+_FILTERED = 4.0  # poles of the feedback: that of the filter of a noisy velocity
+_SLOWER = 0.9  # share by which a pole is slowed until noise takes no more
+_DIFFERENCES = 1.2  # position noises in a sample: a velocity as noisy as their differences
 _INTEGRAL = 0.2  # pole of the integral over the double pole
 _SETTLING = 3.0  # time constants of feedback after the last pulse
 
@@ -54,10 +58,13 @@ _ROUNDING = 1e-6  # samples
 _LATE = 0.1  # of a sample, that a sample may be late
 _STAYS = 0.02  # of the move, planned while mass 1 rests: it does not move, or is not seen to
 _COASTS = 0.02  # of the move: mass 1 is braked where friction alone takes longer to stop it
-_SEES, _SURELY = 8, 3.0  # samples, bands of rest in which a mass that moves is seen to
+_HELD = 0.3  # of the effort limit: force of the spring that may hold mass 1 on its way
+_STICKS, _FREES = 4, 0.04  # samples at rest, until the effort grows by such a share of the limit
+_SEES, _SURELY = 12, 3.0  # samples, bands of rest in which a mass that moves is seen to
 _PULSES = 300.0  # in half a swing at most
 _DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
 _NUDGED, _NUDGES = 0.02, 8  # of the move; pulses on mass 1 alone
+_FARTHER = 1.7  # errors that such a pulse may take mass 1, if its friction is Coulomb friction
 _BESIDE = 0.7  # of the tolerance: mass 2 from the target where such a pulse is fired
 _PASSES = 0.1  # of the error of mass 1: likewise, beyond the nearest that it comes
 _PERIODS = 1.2  # of mass 2: time to wait for that
@@ -65,10 +72,12 @@ _SHARE = 0.85  # of the effort limit; the rest is for feedback
 _GUESSED = 0.1  # Coulomb friction over the effort limit, where nothing is known
 _LONGER = (1.0, 2.0, 4.0, 8.0)  # times that, one after the other, where the arm rests
 _SLACK = 1.5  # longest series over the time of a rigid arm and a swing
-_SHORTEST = 0.07  # of the move, and 1.5 times that: travel of a series that corrects
+_NEARBY = 0.035  # of the move: way left from which no series leads straight to the target
+_SHORTEST, _LONGER_WAY = 0.07, 0.2  # of the move: travel of a series that corrects, and 1.5 times
 _IMPROVES = 0.7  # of the smallest miss so far: what a further correction must bring
 _SLOWEST = 0.3  # speed of such a series over its mean: slow motion has another friction
 _GIVES_WAY = 0.1  # tolerances within which a mass rests
+_DRIFTS = 5.0  # tolerances in half a swing: a speed at which mass 1 may rest at once
 _AT_ONCE, _BRIEF = 3, 6  # samples at rest before a plan, with sensors without noise and with some
 _KNOWN, _NEAR = 0.2, 2e-3  # of the tolerance, of the way left: to which a swing must be known
 
@@ -152,10 +161,34 @@ class TrackedLandingController(LandingController):
         delay
             Of the drive, in samples [-].
         """
+        return self._poles(delay)[0]
+
+    def _poles(self, delay: float) -> tuple[float, float]:
+        """Return the double pole of the feedback, and that of its filter [rad/s].
+
+        The filter is of the velocity, where its noise would take too much of the effort; the poles
+        are then as fast as the noise leaves them. Infinite without one.
+        """
         arm = self.arm
         resonance = sqrt(arm.stiffness * (1.0 / arm.mass_1 + 1.0 / arm.mass_2))
         fastest = _POLE_DELAY / ((max(delay, 0.0) + _SAMPLES) * self.sampling_time)
-        return min(fastest, _POLE_RESONANCES * resonance)
+        pole, filtering = min(fastest, _POLE_RESONANCES * resonance), inf
+        most = _BY_NOISE * self.effort_limit
+        if self._effort_noise(pole, filtering) > most:
+            pole = min(0.5 * fastest, pole)
+            while self._effort_noise(pole, _FILTERED * pole) > most:
+                pole *= _SLOWER
+            filtering = _FILTERED * pole
+        return pole, filtering
+
+    def _effort_noise(self, pole: float, filtering: float) -> float:
+        """Return the standard deviation of the feedback's effort by noise [N or N m]."""
+        T, of_velocity = self.sampling_time, self.velocity_noise
+        b = 1.0 - exp(-filtering * T)
+        # Differences of positions have noise that the next ones undo
+        differences = of_velocity >= _DIFFERENCES * self.position_noise / T > 0.0
+        of_velocity *= sqrt((b * b if differences else b) / (2.0 - b))
+        return self.arm.mass_1 * hypot(2.0 * pole * of_velocity, pole**2 * self.position_noise)
 
     @property
     def _band(self) -> float:
@@ -176,7 +209,7 @@ class TrackedLandingController(LandingController):
 
     def _slowest(self, state: Any, travel: float) -> float:
         corrects = travel < 0.5 * state.travel
-        return _SLOWEST if corrects and not state.quick else super()._slowest(state, travel)
+        return _SLOWEST if corrects else super()._slowest(state, travel)
 
     @property
     def _slack(self) -> float:
@@ -235,7 +268,7 @@ class TrackedLandingController(LandingController):
             begun=len(state.phases),
             best=inf,
             spent=None,
-            quick=False,
+            farther=False,
             travel=abs(state.target - sample.measured_position),
             track=Growing(),
             deviations=(),
@@ -246,7 +279,10 @@ class TrackedLandingController(LandingController):
         return self._enter(state, sample, "resting", "the target is new")
 
     def _settled(self, state: Any, waited: float) -> bool:
-        n = state.window.count
+        n, last = state.window.count, state.last
+        slowly = _DRIFTS * self.tolerance / self.half_swing + 4.0 * self.velocity_noise
+        if last is None or abs(last.measured_velocity) > slowly:  # it may be about to turn
+            return super()._settled(state, waited)
         if self.position_noise == 0.0 and self.velocity_noise == 0.0:
             return n >= _AT_ONCE
         if n >= _BRIEF and not state.computed:
@@ -319,7 +355,8 @@ class TrackedLandingController(LandingController):
         error = state.target - swing.position
         if abs(error) > self._near(state):
             return super()._places(state, swing, least)
-        return super()._places(state, swing, max(least, _SHORTEST * state.travel))[-4:]
+        share = _LONGER_WAY if state.farther else _SHORTEST
+        return super()._places(state, swing, max(least, share * state.travel))[-4:]
 
     def _next_series(self, state: Any, swing: Swing, later: float = 0.0) -> PulseSeries | str:
         if state.phases and state.phase.name == "series" and self._as_planned(state):
@@ -328,9 +365,10 @@ class TrackedLandingController(LandingController):
         series = super()._next_series(state, swing, later + drive.delay * self.sampling_time)
         if isinstance(series, str):
             return series
-        pole = self.pole(drive.delay if drive.rows else _UNKNOWN)
+        pole, filtering = self._poles(drive.delay if drive.rows else _UNKNOWN)
         tracking = Tracking(
             pole=pole,
+            filtered=1.0 - exp(-filtering * self.sampling_time),
             settling=max(1, ceil(_SETTLING / pole / self.sampling_time)),
             limit=_CORRECTING * self._most(state),
             noise=(self.position_noise, self.velocity_noise),
@@ -348,6 +386,7 @@ class TrackedLandingController(LandingController):
             state,
             braking=False,
             integral=0.0,
+            behind=0.0,
             efforts=Growing(),
             deviations=(NONE,) * _KEPT,
             goal=NONE,
@@ -381,7 +420,7 @@ class TrackedLandingController(LandingController):
         drive, p, k = series.drive, series.pole, state.sent
         arm, T = self._estimated_arm(state), self.sampling_time
         x, v, x2, v2 = series.at(k - drive.delay)
-        dx, dv, dx2, dv2 = before(state.deviations, drive.delay)
+        dx, dv, dx2, dv2 = before(state.deviations, drive.delay, T)
         by = (
             sample.measured_load_position - x2 - dx2,
             sample.measured_load_velocity - v2 - dv2,
@@ -395,15 +434,18 @@ class TrackedLandingController(LandingController):
         a = series.acceleration(k, r, state.goal)
         e, e_dot = x + dx - sample.measured_position, v + dv - sample.measured_velocity
         stretch = sample.measured_position - sample.measured_load_position - (x - x2)
-        feedback = arm.mass_1 * (a + p * (p * e + 2.0 * e_dot)) + drive.values[-1] * rv
+        state = replace(state, behind=state.behind + series.filtered * (e_dot - state.behind))
+        feedback = arm.mass_1 * (a + p * (p * e + 2.0 * state.behind)) + drive.values[-1] * rv
         feedback += arm.stiffness * stretch
         rate = sample.measured_velocity - sample.measured_load_velocity - (v - v2)
         feedback += series.losses.damping * rate
         u = (float(series.effort[k]) + feedback + state.integral) / drive.gain
         limit = self._most(state)
         if abs(u) < limit and v != 0.0:
-            gain = _INTEGRAL * arm.mass_1 * p**3
-            state = replace(state, integral=state.integral + gain * e * T)
+            grown = _INTEGRAL * arm.mass_1 * p**3 * e * T
+            if self._stuck(state) > _STICKS + drive.delay and series.direction * e > self._band:
+                grown = series.direction * _FREES * limit
+            state = replace(state, integral=state.integral + grown)
         state = replace(state, sent=k + 1)
         return self._recorded(self._deviated(state, k, r, a), min(max(u, -limit), limit))
 
@@ -433,19 +475,32 @@ class TrackedLandingController(LandingController):
         energy = 0.5 * self._estimated_arm(state).mass_1 * sample.measured_velocity**2
         return bool(energy > coulomb * _COASTS * state.travel)
 
+    def _stuck(self, state: Any) -> int:
+        """Return for how many samples mass 1 has rested where its plan lets it move."""
+        series, k = state.flights[-1].planned, state.sent
+        if series.rest is not None:
+            begin, end = (round(each / self.sampling_time) for each in series.rest)
+            k = 0 if begin <= k < end else k - end if k >= end else k
+        return min(k, state.window.count)
+
     def _stays(self, state: Any, sample: SensorSample) -> bool:
         """Return whether mass 1 rests behind where it was to move to.
 
         It cannot move, or its sensor is frozen.
         """
         series = state.flights[-1].planned
-        now = min(state.sent, len(series.position) - 1)
-        since = max(now - state.window.count, 0)
+        now, stuck = min(state.sent, len(series.position) - 1), self._stuck(state)
+        since = now - stuck
         planned = abs(float(series.position[now] - series.position[since]))
         whole = max(state.travel, abs(series.target - float(series.position[0])))
         least = max(_STAYS * whole, _SURELY * self._band)
         behind = series.direction * (self._due(state, now) - sample.measured_position)
-        return bool(state.window.count >= _SEES and min(planned, behind) > least)
+        if stuck < _SEES or min(planned, behind) <= least:
+            return False
+        # The spring may hold it for a while
+        x, x2 = state.window.seen()[-_SEES:, :2].T
+        pulled = series.direction * self.arm.stiffness * float(x[-1] - x2[-1])
+        return bool(np.ptp(x2) == 0.0 or pulled <= _HELD * self._most(state))
 
     def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
         """Return the state, with what follows a rest on the way planned anew where it is off."""
@@ -500,21 +555,21 @@ class TrackedLandingController(LandingController):
     def _judged(self, state: Any, sample: SensorSample) -> Any:
         swing = self._swing(state)
         miss = self._miss(state, swing)
-        nudged = self._nudged(state, swing)
+        nudged = self._nudged(state, swing, miss)
         if nudged is not None:
             return nudged
         tried, best = state.series_since_target, state.best
         if tried > 0 and abs(state.target - swing.position) <= self._near(state):
             state = replace(state, best=min(best, miss))
             worse = miss > _IMPROVES * best
-            if tried + 2 > self.most_series or (worse and state.quick):
+            if tried + 2 > self.most_series or (worse and state.farther):
                 reason = "its series bring the arm no nearer to the target"
                 state = replace(state, spent=reason)
             elif worse:
-                state = replace(state, quick=True)
+                state = replace(state, farther=True)
         return super()._judged(state, sample)
 
-    def _nudged(self, state: Any, swing: Swing) -> Any:
+    def _nudged(self, state: Any, swing: Swing, miss: float) -> Any:
         """Return the state with a pulse that takes mass 1 alone to the target; None without one.
 
         It is for an arm of which mass 2 rests on the target, about, or passes it slowly: then the
@@ -525,7 +580,7 @@ class TrackedLandingController(LandingController):
         if not 0.5 * tolerance < abs(error) <= _NUDGED * state.travel:
             return None
         spent = state.nudges >= _NUDGES or state.series_since_target == 0
-        if spent or self._miss(state, swing) <= tolerance:
+        if spent or miss <= tolerance:
             return None
         rate = swing.velocity / swing.frequency
         load = hypot(swing.offset - error, rate)  # mass 2 from the target
@@ -544,10 +599,13 @@ class TrackedLandingController(LandingController):
         mass = self._estimated_arm(state).mass_1
         law = PulseLaw(mass=mass, coulomb_friction=coulomb, viscous_friction=0.0)
         samples = max(1, ceil(float(law.width_for(abs(error), effort=largest)) / T))
-        effort = float(law.effort_for(abs(error), width=samples * T))
-        effort = min(max(effort, coulomb * state.static_ratio), self.effort_limit)
-        signed = effort if error > 0.0 else -effort
-        state = replace(state, nudges=state.nudges + 1, nudge=(samples, signed))
+        effort, farther = law.effort_for(abs(error) * np.array([1.0, _FARTHER]), width=samples * T)
+        frees = coulomb * state.static_ratio
+        signed = float(min(max(effort, min(frees, farther)), self.effort_limit))
+        signed = signed if error > 0.0 else -signed
+        # One that may not free mass 1 is not often tried
+        nudges = state.nudges + (1 if farther >= frees else _NUDGES // 2)
+        state = replace(state, nudges=nudges, nudge=(samples, signed))
         return replace(state, window=state.window.empty())
 
     def _spent(self, state: Any) -> str | None:
@@ -555,7 +613,7 @@ class TrackedLandingController(LandingController):
 
     def _near(self, state: TrackedState) -> float:
         """Return the distance from which no series leads straight to the target [m or rad]."""
-        return 0.5 * _SHORTEST * state.travel
+        return _NEARBY * state.travel
 
     def _recorded(self, state: TrackedState, effort: float) -> tuple[TrackedState, float]:
         return replace(state, efforts=state.efforts.after(effort)), effort

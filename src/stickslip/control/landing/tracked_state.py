@@ -27,6 +27,8 @@ class TrackedState(LandingState):
         Smallest miss of the target so far.
     integral
         Effort of the integral action.
+    behind
+        Planned velocity of mass 1 less the measured one, filtered.
     efforts
         Sent in the present series.
     drive
@@ -39,8 +41,8 @@ class TrackedState(LandingState):
         Final deviation that the correction of the series aims at.
     computed
         Whether the load was computed in some sample of the last series.
-    quick
-        Whether series that correct may be as quick as others, as slower ones have not helped.
+    farther
+        Whether series that correct lead farther, as shorter ones have not helped.
     nudges, nudge
         Pulses on mass 1 alone since the last series; samples and effort left of one.
     spent
@@ -56,6 +58,7 @@ class TrackedState(LandingState):
     travel: float = quantity_field("position", default=0.0)
     best: float = quantity_field("position", default=inf)
     integral: float = quantity_field("effort", default=0.0)
+    behind: float = quantity_field("velocity", default=0.0)
     efforts: Growing[float] = Growing()
     last: SensorSample | None = None
     lag: VelocityLag = VelocityLag()
@@ -65,7 +68,7 @@ class TrackedState(LandingState):
     goal: Goal = NONE
     computed: bool = False
     spent: str | None = None
-    quick: bool = False
+    farther: bool = False
     nudges: int = 0
     nudge: tuple[int, float] = (0, 0.0)
 
