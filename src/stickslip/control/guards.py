@@ -329,13 +329,11 @@ class GuardedController(PositionController[GuardedState]):
         guard = state.guard.copy()
         inner, effort = state.inner, nan
         readable = at.admit(guard, *seen)
-        failed = at.fields(guard).fault == at.FAILED
+        asked = at.fields(guard).fault != at.FAILED
         try:
-            if failed:
-                pass
-            elif readable:
+            if asked and readable:
                 inner, effort = self._inner.step(inner, seen)
-            elif seen.time == seen.time:
+            elif asked and seen.time == seen.time:
                 inner, effort = self.controller.blind(inner, seen.time)
         except Exception:
             # The drive must be stopped whatever the reason

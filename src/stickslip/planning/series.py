@@ -128,6 +128,14 @@ class PulseSeries:
         return self.effort[:: self.pulse_samples]
 
     @property
+    def rest_samples(self) -> tuple[int, int] | None:
+        """First sample of the rest on the way, and first after it; None without one."""
+        if self.rest is None:
+            return None
+        begin, end = self.rest
+        return round(begin / self.sampling_time), round(end / self.sampling_time)
+
+    @property
     def direction(self) -> Literal[1, -1]:
         """Which way mass 1 moves."""
         return 1 if self.target > self.position[0] else -1

@@ -287,9 +287,8 @@ class CorrectedSeries(PulseSeries):
         speed = 0.5 * np.abs(series.velocity[1:] + series.velocity[:-1])
         weight = np.minimum(1.0, speed / (_SLOW * float(speed.max()))) ** 2
         rests = np.zeros(n, dtype=np.bool_)
-        if series.rest is not None:
-            begin, end = (round(each / T) for each in series.rest)
-            rests[begin:end] = True
+        if series.rest_samples is not None:
+            rests[slice(*series.rest_samples)] = True
         weight[rests] = 0.0
         weight *= np.minimum(1.0, w * T * np.arange(n, 0, -1) / _EARLY) ** 2
         v2 = 0.5 * (series.load_velocity[1:] + series.load_velocity[:-1])

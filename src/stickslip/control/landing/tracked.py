@@ -64,7 +64,7 @@ _SEES, _SURELY = 12, 3.0  # samples, bands of rest in which a mass that moves is
 _PULSES = 300.0  # in half a swing at most
 _DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
 _NUDGED, _NUDGES = 0.02, 8  # of the move; pulses on mass 1 alone
-_FARTHER = 1.7  # errors that such a pulse may take mass 1, if its friction is Coulomb friction
+_OVERSHOOT = 1.7  # errors that such a pulse may take mass 1, if its friction is Coulomb friction
 _BESIDE = 0.7  # of the tolerance: mass 2 from the target where such a pulse is fired
 _PASSES = 0.1  # of the error of mass 1: likewise, beyond the nearest that it comes
 _PERIODS = 1.2  # of mass 2: time to wait for that
@@ -73,7 +73,7 @@ _GUESSED = 0.1  # Coulomb friction over the effort limit, where nothing is known
 _LONGER = (1.0, 2.0, 4.0, 8.0)  # times that, one after the other, where the arm rests
 _SLACK = 1.5  # longest series over the time of a rigid arm and a swing
 _NEARBY = 0.035  # of the move: way left from which no series leads straight to the target
-_SHORTEST, _LONGER_WAY = 0.07, 0.2  # of the move: travel of a series that corrects, and 1.5 times
+_SHORTEST, _FARTHER = 0.07, 0.2  # of the move: travel of a series that corrects, and 1.5 times
 _IMPROVES = 0.7  # of the smallest miss so far: what a further correction must bring
 _SLOWEST = 0.3  # speed of such a series over its mean: slow motion has another friction
 _GIVES_WAY = 0.1  # tolerances within which a mass rests
@@ -355,7 +355,7 @@ class TrackedLandingController(LandingController):
         error = state.target - swing.position
         if abs(error) > self._near(state):
             return super()._places(state, swing, least)
-        share = _LONGER_WAY if state.farther else _SHORTEST
+        share = _FARTHER if state.farther else _SHORTEST
         return super()._places(state, swing, max(least, share * state.travel))[-4:]
 
     def _next_series(self, state: Any, swing: Swing, later: float = 0.0) -> PulseSeries | str:
@@ -477,10 +477,9 @@ class TrackedLandingController(LandingController):
 
     def _stuck(self, state: Any) -> int:
         """Return for how many samples mass 1 has rested where its plan lets it move."""
-        series, k = state.flights[-1].planned, state.sent
-        if series.rest is not None:
-            begin, end = (round(each / self.sampling_time) for each in series.rest)
-            k = 0 if begin <= k < end else k - end if k >= end else k
+        rest, k = state.flights[-1].planned.rest_samples, state.sent
+        if rest is not None and k >= rest[0]:
+            k = max(k - rest[1], 0)
         return min(k, state.window.count)
 
     def _stays(self, state: Any, sample: SensorSample) -> bool:
@@ -505,7 +504,7 @@ class TrackedLandingController(LandingController):
     def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
         """Return the state, with what follows a rest on the way planned anew where it is off."""
         series, k, T = state.flights[-1].planned, state.sent, self.sampling_time
-        end = round(series.rest[1] / T)
+        _, end = series.rest_samples
         if state.request is None:
             ahead = end - k
             if ahead < 0 or ahead != ceil(self.planning_time / T - _ROUNDING):
@@ -599,12 +598,13 @@ class TrackedLandingController(LandingController):
         mass = self._estimated_arm(state).mass_1
         law = PulseLaw(mass=mass, coulomb_friction=coulomb, viscous_friction=0.0)
         samples = max(1, ceil(float(law.width_for(abs(error), effort=largest)) / T))
-        effort, farther = law.effort_for(abs(error) * np.array([1.0, _FARTHER]), width=samples * T)
+        ways = abs(error) * np.array([1.0, _OVERSHOOT])
+        needed, most = law.effort_for(ways, width=samples * T).tolist()
         frees = coulomb * state.static_ratio
-        signed = float(min(max(effort, min(frees, farther)), self.effort_limit))
-        signed = signed if error > 0.0 else -signed
+        effort = min(max(needed, min(frees, most)), self.effort_limit)
+        signed = effort if error > 0.0 else -effort
         # One that may not free mass 1 is not often tried
-        nudges = state.nudges + (1 if farther >= frees else _NUDGES // 2)
+        nudges = state.nudges + (1 if most >= frees else _NUDGES // 2)
         state = replace(state, nudges=nudges, nudge=(samples, signed))
         return replace(state, window=state.window.empty())
 
@@ -665,7 +665,8 @@ class TrackedLandingController(LandingController):
 
     def _most(self, state: Any) -> float:
         """Return the largest effort that acts: the limit, or less where the drive clips it."""
-        return min(self.effort_limit, self._drive(state).most)
+        drive: DriveFit | None = state.drive
+        return self.effort_limit if drive is None else min(self.effort_limit, drive.most)
 
     def _answer(self, request: PlanRequest, state: Any, planned: Any) -> PlanAnswer:
         plain = super()._answer(request, state, planned)
