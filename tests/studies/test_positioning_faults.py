@@ -189,6 +189,16 @@ def test_a_load_that_swings_in_some_ten_samples(delay: float) -> None:
     assert outcome.farthest < SAFE
 
 
+def test_a_move_of_many_swings_with_a_delay_of_half_samples() -> None:
+    """The second series is planned with the delay that the first one has taught."""
+    arm = small_arm((1.0, 2.8), 1520.0, limit=1.8, ratio=25.0, way=0.1)
+    case = Case(name="", plant=lambda p, T: p._replace(actuation_delay=1.5 * T))
+    outcome = move_axis(replace(arm, duration=5.0), case)
+    assert not np.isnan(outcome.settling).any()
+    assert max(outcome.over_shortest) < 1.5
+    assert outcome.farthest < SAFE
+
+
 def test_an_encoder_step_of_many_times_the_way_of_a_sample() -> None:
     """The whole effort moves mass 1 from rest by a thirtieth of a step in a sample."""
     arm = small_arm((2.2, 1.2), 573.0, limit=4.3, ratio=30.0, way=0.105)

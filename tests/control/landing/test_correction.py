@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stickslip.control.landing.correction import NONE, CorrectedSeries, Tracking
+from stickslip.control.landing.correction import NONE, CorrectedSeries, Tracking, before
 from stickslip.control.landing.drive_fit import DriveFit
 from stickslip.control.landing.load_fit import LoadFit
 from stickslip.friction import CoulombViscousFriction
@@ -224,3 +224,18 @@ def test_the_planned_state_between_samples_is_that_of_the_equations() -> None:
             solved = solve_ivp(rate, (0.0, share * T), start, rtol=1e-12, atol=1e-14)
             off = (np.array(series.at(k + share)) - solved.y[:, -1]) / (1.0, w, 1.0, w)
             assert np.abs(off).max() < 1e-6
+
+
+@pytest.mark.parametrize("delay", [0.3, 0.5, 1.5])
+def test_a_past_deviation_of_constant_acceleration_is_exact(delay: float) -> None:
+    T, a = 0.01, 3.0
+    past = [0.5 * a * T**2, a * T]  # position and velocity a sample after rest
+    kept = tuple((n * n * past[0], n * past[1], -n * n * past[0], -n * past[1]) for n in range(4))
+    n = 3 - delay
+    there = (n * n * past[0], n * past[1], -n * n * past[0], -n * past[1])
+    assert before(kept, delay, T) == pytest.approx(there, rel=1e-12)
+
+
+def test_a_past_deviation_that_was_seen_to_be_another_keeps_its_velocity() -> None:
+    kept = ((0.0, 1.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0))  # brought back by what was seen
+    assert before(kept, 0.5, 0.01) == pytest.approx((0.0, 1.0, 0.0, 1.0), abs=1e-15)

@@ -63,6 +63,6 @@ def test_positions_become_as_late_as_velocities() -> None:
     x, _ = swing(time)
     seen = np.column_stack([x, swing(time - lag)[1], x, swing(time - lag)[1]])
     late = with_lag(seen, lag, T)
-    np.testing.assert_allclose(late[10:, 0], swing(time[10:] - lag)[0], atol=2e-5)
+    np.testing.assert_allclose(late[10:, 0], swing(time[10:] - lag)[0], atol=2e-7)
     np.testing.assert_array_equal(late[:, 1], seen[:, 1])
     assert with_lag(seen, 0.0, T) is seen

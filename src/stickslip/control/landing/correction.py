@@ -391,9 +391,20 @@ class CorrectedSeries(PulseSeries):
 
 
 def before(deviations: tuple[Deviation, ...], delay: float, T: float) -> Deviation:
-    """Return the deviation some samples of length T before the last one."""
+    """Return the deviation some samples of length T before the last one.
+
+    Positions bend as the velocities say. They do not say how far they go: what is seen of mass 2
+    moves it too (`CorrectedSeries.seen`).
+    """
     i = min(int(delay), len(deviations) - 2)
-    return _between(deviations[-2 - i], deviations[-1 - i], 1.0 + i - delay, T)
+    earlier, later, s = deviations[-2 - i], deviations[-1 - i], 1.0 + i - delay
+    values: list[float] = []
+    for j in (0, 2):
+        faster = later[j + 1] - earlier[j + 1]
+        bend = 0.5 * s * (1.0 - s) * T * faster
+        values.append(earlier[j] + s * (later[j] - earlier[j]) - bend)
+        values.append(earlier[j + 1] + s * faster)
+    return values[0], values[1], values[2], values[3]
 
 
 def _between(earlier: Deviation, later: Deviation, s: float, T: float) -> Deviation:

@@ -82,9 +82,15 @@ def with_lag(
     if lag == 0.0:
         return seen
     k = np.arange(len(seen), dtype=np.float64)
+    at = np.maximum(k - lag / sampling_time, 0.0)
+    s = at - np.floor(at)
     late = seen.copy()
     for column in (0, 2):
-        late[:, column] = np.interp(k - lag / sampling_time, k, seen[:, column])
+        position = seen[:, column]
+        bend = np.zeros_like(position)
+        bend[1:-1] = np.diff(position, 2)
+        straight = np.interp(at, k, position)
+        late[:, column] = straight - 0.5 * s * (1.0 - s) * np.interp(at, k, bend)
     return late
 
 

@@ -130,6 +130,8 @@ class TrackedLandingController(LandingController):
     'reached'
     """
 
+    most_series: int = 12
+
     def init(self) -> TrackedState:
         """Return the state before the first sample."""
         plain = super().init()
@@ -558,12 +560,14 @@ class TrackedLandingController(LandingController):
         if nudged is not None:
             return nudged
         tried, best = state.series_since_target, state.best
-        if tried > 0 and abs(state.target - swing.position) <= self._near(state):
+        if tried > 0 and state.flights[-1].planned.target == state.target:
             state = replace(state, best=min(best, miss))
             worse = miss > _IMPROVES * best
-            if tried + 2 > self.most_series or (worse and state.farther):
+            if worse and state.farther:
                 reason = "its series bring the arm no nearer to the target"
                 state = replace(state, spent=reason)
+            elif tried + 2 > self.most_series:  # a correction is two
+                state = replace(state, spent=f"{tried} series have not landed it")
             elif worse:
                 state = replace(state, farther=True)
         return super()._judged(state, sample)

@@ -217,6 +217,9 @@ class ArmTracked(_ArmBySeries):
     landing: ClassVar[type[LandingController]] = TrackedLandingController
     begins: ClassVar[str] = "with a tenth of the effort limit"
     differentiates: ClassVar[bool] = True
+    most_series: int = key(
+        "series for a target, after which it stops", default=TrackedLandingController.most_series
+    )
 
 
 class ArmFeedback(_ArmByFeedback):
