@@ -161,15 +161,13 @@ def rows(drawn: Sequence[Drawn], outcomes: Sequence[Outcome]) -> Iterator[list[s
         ]
 
 
-def study(axes: int, first: int) -> str:
-    """Return the table of axes with the seeds from the first on."""
-    drawn = [varied(seed) for seed in range(first, first + axes)]
+def study(drawn: dict[int, Drawn]) -> str:
+    """Return the table of axes by seed, and print those of which a move fails."""
     progress = Console(stderr=True)
     outcomes: list[Outcome] = []
-    for each in track(drawn, console=progress, transient=True):
+    for seed, each in track(drawn.items(), console=progress, transient=True):
         outcomes.append(move_axis(each.axis, each.case))
         if np.isnan(outcomes[-1].settling).any():
-            seed = first + len(outcomes) - 1
             progress.print(f"seed {seed}: {each.what} {outcomes[-1]}", soft_wrap=True)
     titles = (
         "axes",
@@ -179,7 +177,7 @@ def study(axes: int, first: int) -> str:
         "wrong reached",
         "leaves the travel",
     )
-    return table(list(titles), list(rows(drawn, outcomes)))
+    return table(list(titles), list(rows(list(drawn.values()), outcomes)))
 
 
 def main() -> None:
@@ -188,7 +186,9 @@ def main() -> None:
     parser.add_argument("--axes", type=int, default=1000)
     parser.add_argument("--first-seed", type=int, default=0)
     given = parser.parse_args()
-    Console().print(study(given.axes, given.first_seed), markup=False, soft_wrap=True)
+    seeds = range(given.first_seed, given.first_seed + given.axes)
+    drawn = {seed: varied(seed) for seed in seeds}
+    Console().print(study(drawn), markup=False, soft_wrap=True)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES, Case, Channe
 from studies.positioning_faults.run import Axis, arms, axes, move_axis
 from studies.positioning_faults.safety import unsafe
 from studies.positioning_faults.varied import rows, varied
+from studies.positioning_faults.varied_arms import varied_arm
 
 CASES = {case.name: case for case in AXIS_CASES}
 AGREES = 1e-5  # of the travel: two simulators of the same arm, one with fine steps
@@ -72,6 +73,15 @@ def test_the_default_controller_lands_axes_of_all_sizes() -> None:
     assert len(failed) < 3, failed
     everyone = next(rows(drawn, outcomes))
     assert everyone[:2] == ["all", f"{60 - len(failed)} of 60"]
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_arms_of_all_sizes_land(known: bool) -> None:
+    """Of 100 arms about one does not; two of 10 would be a chance of one in 200."""
+    drawn = [varied_arm(seed, known=known) for seed in range(10)]
+    outcomes = [move_axis(each.axis, each.case) for each in drawn]
+    assert not any(outcome.raised or outcome.false or outcome.left for outcome in outcomes)
+    assert sum(bool(np.isnan(each.settling).any()) for each in outcomes) < 2
 
 
 @pytest.mark.parametrize(
