@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stickslip.control.landing.correction import NONE, CorrectedSeries, Tracking, before
-from stickslip.control.landing.drive_fit import DriveFit
-from stickslip.control.landing.load_fit import LoadFit
+from stickslip.control.landing.tracked.correction import NONE, CorrectedSeries, Tracking, before
+from stickslip.control.landing.tracked.drive_fit import DriveFit
+from stickslip.control.landing.tracked.load_fit import LoadFit
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.growing import Growing
 from stickslip.planning import NO_LOSSES, LoadLosses, PulseSeriesPlanner

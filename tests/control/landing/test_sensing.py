@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.control.landing.sensing import VelocityLag, with_lag
+from stickslip.control.landing.tracked.sensing import VelocityLag, with_lag
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample

@@ -9,7 +9,7 @@ from landing_runs import landing_settings
 from scipy.integrate import solve_ivp
 
 from stickslip.control import TrackedBeside, TrackedLandingController
-from stickslip.control.landing.drive_fit import DriveFit, SeenSeries
+from stickslip.control.landing.tracked.drive_fit import DriveFit, SeenSeries
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm

@@ -5,8 +5,8 @@ from stickslip.control.landing.arm_plan import Flight, LandingState, PlanAnswer,
 from stickslip.control.landing.axis import AxisLandingController, AxisLandingState
 from stickslip.control.landing.beside import PlannedBeside, TrackedBeside
 from stickslip.control.landing.supervisor import Supervisor, SupervisorState
-from stickslip.control.landing.tracked import TrackedLandingController
-from stickslip.control.landing.tracked_state import TrackedState
+from stickslip.control.landing.tracked.controller import TrackedLandingController
+from stickslip.control.landing.tracked.state import TrackedState
 
 __all__ = [
     "AxisLandingController",

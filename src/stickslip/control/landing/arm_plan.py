@@ -15,8 +15,6 @@ from stickslip.control.landing.arm_belief import (
     RunningFriction,
     Swing,
 )
-from stickslip.control.landing.drive_fit import DriveFit
-from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.supervisor import (
     FRICTION,
     LEAST_FRICTION,
@@ -178,14 +176,6 @@ class PlanAnswer:
     static_ratio: float
     belief: ArmBelief | None
     series: PulseSeries | str | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrackedAnswer(PlanAnswer):
-    """Answer to a request, with what the last series has taught of drive and load."""
-
-    drive: DriveFit | None
-    load: LoadFit
 
 
 @dataclass(frozen=True, kw_only=True)

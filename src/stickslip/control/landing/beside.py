@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from stickslip.control.landing.arm import LandingController
 from stickslip.control.landing.arm_plan import LandingState, PlanAnswer, PlanRequest
-from stickslip.control.landing.tracked import TrackedLandingController
+from stickslip.control.landing.tracked.controller import TrackedLandingController
 from stickslip.records import InputError, SensorSample
 
 

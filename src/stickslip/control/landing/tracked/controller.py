@@ -1,7 +1,7 @@
 """Landing of a flexible arm by series of pulses that feedback on both masses tracks."""
 
 from dataclasses import dataclass, fields, replace
-from math import ceil, exp, hypot, inf, isfinite, pi, sqrt
+from math import ceil, exp, inf, isfinite, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -9,13 +9,9 @@ from jaxtyping import Float
 
 from stickslip.control.landing.arm import LandingController
 from stickslip.control.landing.arm_belief import Swing
-from stickslip.control.landing.arm_plan import (
-    LandingState,
-    PlanAnswer,
-    PlanRequest,
-    TrackedAnswer,
-)
-from stickslip.control.landing.correction import (
+from stickslip.control.landing.arm_plan import LandingState, PlanAnswer, PlanRequest
+from stickslip.control.landing.supervisor import LEAST_FRICTION
+from stickslip.control.landing.tracked.correction import (
     NONE,
     SEEN,
     CorrectedSeries,
@@ -23,29 +19,24 @@ from stickslip.control.landing.correction import (
     Tracking,
     before,
 )
-from stickslip.control.landing.drive_fit import LAGS, DriveFit, SeenSeries
-from stickslip.control.landing.sensing import (
+from stickslip.control.landing.tracked.drive_fit import LAGS, DriveFit, SeenSeries
+from stickslip.control.landing.tracked.nudge import moment, nudge
+from stickslip.control.landing.tracked.poles import feedback_poles
+from stickslip.control.landing.tracked.sensing import (
     acceleration,
+    swing_deviation,
     with_lag,
     with_load,
     with_velocities,
 )
-from stickslip.control.landing.supervisor import LEAST_FRICTION
-from stickslip.control.landing.tracked_state import TrackedState
+from stickslip.control.landing.tracked.state import TrackedAnswer, TrackedState
 from stickslip.numerics.growing import Growing
 from stickslip.planning import LoadLosses, PulseLaw, PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample
 
 # Feedback
-_POLE_DELAY = 0.5  # double pole times the delay of drive and samples
-_SAMPLES = 1.5  # that an effort takes to show in a sample without a delay of the drive, on average
 _UNKNOWN = 2.0  # samples of delay assumed before the first series
-_POLE_RESONANCES = 12.0  # double pole over the resonance of the free arm at most
-_BY_NOISE = 0.1  # of the effort limit, that noise may take
-_FILTERED = 4.0  # poles of the feedback: that of the filter of a noisy velocity
-_SLOWER = 0.9  # share by which a pole is slowed until noise takes no more
-_DIFFERENCES = 1.2  # position noises in a sample: a velocity as noisy as their differences
 _INTEGRAL = 0.2  # pole of the integral over the double pole
 _SETTLING = 3.0  # time constants of feedback after the last pulse
 
@@ -64,9 +55,6 @@ _SEES, _SURELY = 12, 3.0  # samples, bands of rest in which a mass that moves is
 _PULSES = 300.0  # in half a swing at most
 _DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
 _NUDGED, _NUDGES = 0.02, 8  # of the move; pulses on mass 1 alone
-_OVERSHOOT = 1.7  # errors that such a pulse may take mass 1, if its friction is Coulomb friction
-_BESIDE = 0.7  # of the tolerance: mass 2 from the target where such a pulse is fired
-_PASSES = 0.1  # of the error of mass 1: likewise, beyond the nearest that it comes
 _PERIODS = 1.2  # of mass 2: time to wait for that
 _SHARE = 0.85  # of the effort limit; the rest is for feedback
 _GUESSED = 0.1  # Coulomb friction over the effort limit, where nothing is known
@@ -97,7 +85,7 @@ class TrackedLandingController(LandingController):
     force is balanced, so that mass 1 follows its plan, and mass 2, which the motion of mass 1 alone
     drives, follows with it. Where mass 2 is not where it was planned to be, mass 1 leaves its plan
     by x1r, with the acceleration a, so that both end on the target all the same
-    (`landing.correction`).
+    (`landing.tracked.correction`).
 
     Coulomb and viscous friction, delay and gain of the drive are estimated from each series, and so
     are the frequency of mass 2, the damping d of the spring and the friction of mass 2, where the
@@ -108,7 +96,7 @@ class TrackedLandingController(LandingController):
     where mass 1 alone is off, by a pulse. Where two corrections bring it no nearer, it is
     *stopped*. A load that is not measured is computed from the motion of mass 1, from rest at the
     begin. Velocities that are not measured are differences of positions; what velocities are late
-    by is estimated (`landing.sensing`). ``velocity_noise`` is that of either.
+    by is estimated (`landing.tracked.sensing`). ``velocity_noise`` is that of either.
 
     The settings are those of `LandingController`; ``pd`` and ``notch`` are not used. Masses and
     spring are learned only with an ``arm_uncertainty``, and then no losses of the load.
@@ -166,31 +154,13 @@ class TrackedLandingController(LandingController):
         return self._poles(delay)[0]
 
     def _poles(self, delay: float) -> tuple[float, float]:
-        """Return the double pole of the feedback, and that of its filter [rad/s].
-
-        The filter is of the velocity, where its noise would take too much of the effort; the poles
-        are then as fast as the noise leaves them. Infinite without one.
-        """
-        arm = self.arm
-        resonance = sqrt(arm.stiffness * (1.0 / arm.mass_1 + 1.0 / arm.mass_2))
-        fastest = _POLE_DELAY / ((max(delay, 0.0) + _SAMPLES) * self.sampling_time)
-        pole, filtering = min(fastest, _POLE_RESONANCES * resonance), inf
-        most = _BY_NOISE * self.effort_limit
-        if self._effort_noise(pole, filtering) > most:
-            pole = min(0.5 * fastest, pole)
-            while self._effort_noise(pole, _FILTERED * pole) > most:
-                pole *= _SLOWER
-            filtering = _FILTERED * pole
-        return pole, filtering
-
-    def _effort_noise(self, pole: float, filtering: float) -> float:
-        """Return the standard deviation of the feedback's effort by noise [N or N m]."""
-        T, of_velocity = self.sampling_time, self.velocity_noise
-        b = 1.0 - exp(-filtering * T)
-        # Differences of positions have noise that the next ones undo
-        differences = of_velocity >= _DIFFERENCES * self.position_noise / T > 0.0
-        of_velocity *= sqrt((b * b if differences else b) / (2.0 - b))
-        return self.arm.mass_1 * hypot(2.0 * pole * of_velocity, pole**2 * self.position_noise)
+        return feedback_poles(
+            self.arm,
+            sampling_time=self.sampling_time,
+            noise=(self.position_noise, self.velocity_noise),
+            effort_limit=self.effort_limit,
+            delay=delay,
+        )
 
     @property
     def _band(self) -> float:
@@ -289,21 +259,11 @@ class TrackedLandingController(LandingController):
             return n >= _AT_ONCE
         if n >= _BRIEF and not state.computed:
             left = abs(state.target - 0.5 * (state.window.low + state.window.high))
-            if self._unsure(n) <= max(_KNOWN * self.tolerance, _NEAR * left):
+            noise = self.position_noise, self.velocity_noise
+            unsure = swing_deviation(n, self.sampling_time, self.half_swing, noise)
+            if unsure <= max(_KNOWN * self.tolerance, _NEAR * left):
                 return True
         return super()._settled(state, waited)
-
-    def _unsure(self, samples: int) -> float:
-        """Return the standard deviation of a swing after some samples [m or rad].
-
-        Velocities show its rate, and so do positions along an arc of it.
-        """
-        w, noise = pi / self.half_swing, self.position_noise
-        rate, arc = self.velocity_noise / w, w * self.sampling_time * samples
-        by_positions = sqrt(12.0) * noise / arc
-        if rate > 0.0:
-            rate = rate / hypot(1.0, rate / by_positions) if by_positions > 0.0 else 0.0
-        return hypot(noise, rate) / sqrt(samples)
 
     def _friction(self, state: LandingState) -> tuple[float, float]:
         coulomb, viscous = super()._friction(state)
@@ -575,9 +535,7 @@ class TrackedLandingController(LandingController):
     def _nudged(self, state: Any, swing: Swing, miss: float) -> Any:
         """Return the state with a pulse that takes mass 1 alone to the target; None without one.
 
-        It is for an arm of which mass 2 rests on the target, about, or passes it slowly: then the
-        state is returned as it is until that moment. The law is that of a pulse on mass 1 without
-        viscous friction.
+        Until mass 2 is near the target, the state is returned as it is.
         """
         error, tolerance = state.target - swing.position, self.tolerance
         if not 0.5 * tolerance < abs(error) <= _NUDGED * state.travel:
@@ -585,31 +543,24 @@ class TrackedLandingController(LandingController):
         spent = state.nudges >= _NUDGES or state.series_since_target == 0
         if spent or miss <= tolerance:
             return None
-        rate = swing.velocity / swing.frequency
-        load = hypot(swing.offset - error, rate)  # mass 2 from the target
-        least = abs(swing.amplitude - abs(error))  # once in a period
-        leaves = rate * error < 0.0
-        beside, wide = _BESIDE * tolerance, 0.5 * abs(error)
-        close = max(0.5 * beside, least + _PASSES * abs(error))
-        if load > (max(beside, wide) if leaves else close):
-            passes = least <= max(beside, wide)
+        when = moment(swing, error, tolerance)
+        if when != "now":
             waits = self.sampling_time * state.window.count <= _PERIODS * 2.0 * self.half_swing
-            return state if passes and waits else None
-        coulomb, _ = self._friction(state)
-        T, largest = self.sampling_time, self._plan_limit(state)
-        if largest <= coulomb:
+            return state if when == "later" and waits else None
+        (coulomb, _), planned = self._friction(state), self._plan_limit(state)
+        if planned <= coulomb:
             return None
         mass = self._estimated_arm(state).mass_1
-        law = PulseLaw(mass=mass, coulomb_friction=coulomb, viscous_friction=0.0)
-        samples = max(1, ceil(float(law.width_for(abs(error), effort=largest)) / T))
-        ways = abs(error) * np.array([1.0, _OVERSHOOT])
-        needed, most = law.effort_for(ways, width=samples * T).tolist()
-        frees = coulomb * state.static_ratio
-        effort = min(max(needed, min(frees, most)), self.effort_limit)
-        signed = effort if error > 0.0 else -effort
+        samples, effort, certain = nudge(
+            PulseLaw(mass=mass, coulomb_friction=coulomb, viscous_friction=0.0),
+            error,
+            sampling_time=self.sampling_time,
+            limits=(planned, self.effort_limit),
+            frees=coulomb * state.static_ratio,
+        )
         # One that may not free mass 1 is not often tried
-        nudges = state.nudges + (1 if most >= frees else _NUDGES // 2)
-        state = replace(state, nudges=nudges, nudge=(samples, signed))
+        nudges = state.nudges + (1 if certain else _NUDGES // 2)
+        state = replace(state, nudges=nudges, nudge=(samples, effort))
         return replace(state, window=state.window.empty())
 
     def _spent(self, state: Any) -> str | None:

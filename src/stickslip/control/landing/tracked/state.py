@@ -1,14 +1,14 @@
-"""State of a landing by tracked series."""
+"""State of a landing by tracked series, and what a plan answers."""
 
 from dataclasses import dataclass
 from itertools import pairwise
 from math import inf
 
-from stickslip.control.landing.arm_plan import LandingState
-from stickslip.control.landing.correction import NONE, Deviation, Goal
-from stickslip.control.landing.drive_fit import DriveFit
-from stickslip.control.landing.load_fit import LoadFit
-from stickslip.control.landing.sensing import VelocityLag
+from stickslip.control.landing.arm_plan import LandingState, PlanAnswer
+from stickslip.control.landing.tracked.correction import NONE, Deviation, Goal
+from stickslip.control.landing.tracked.drive_fit import DriveFit
+from stickslip.control.landing.tracked.load_fit import LoadFit
+from stickslip.control.landing.tracked.sensing import VelocityLag
 from stickslip.numerics.growing import Growing
 from stickslip.records import SensorSample, quantity_field
 
@@ -77,3 +77,11 @@ class TrackedState(LandingState):
         """How many series have begun since the last target, parts planned anew not counted."""
         names = ["", *(phase.name for phase in self.phases[self.begun :])]
         return sum(now == "series" != before for before, now in pairwise(names))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackedAnswer(PlanAnswer):
+    """Answer to a request, with what the last series has taught of drive and load."""
+
+    drive: DriveFit | None
+    load: LoadFit

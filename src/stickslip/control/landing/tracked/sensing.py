@@ -4,7 +4,7 @@ Velocities of a filter are late, and differences of positions by half a sample.
 """
 
 from dataclasses import dataclass, replace
-from math import cos, hypot, isfinite, sin, sqrt
+from math import cos, hypot, isfinite, pi, sin, sqrt
 
 import numpy as np
 from jaxtyping import Float
@@ -73,6 +73,22 @@ def acceleration(arm: FlexibleArm, sample: SensorSample) -> float:
     """Return that of mass 2 by the spring [m/s^2 or rad/s^2]."""
     stretch = sample.measured_position - sample.measured_load_position
     return arm.stiffness / arm.mass_2 * stretch
+
+
+def swing_deviation(
+    samples: int, sampling_time: float, half_swing: float, noise: tuple[float, float]
+) -> float:
+    """Return the standard deviation of a swing that some samples show [m or rad].
+
+    Velocities show its rate, and so do positions along an arc of it. The ``noise`` is the standard
+    deviation of a position and of a velocity [m or rad, m/s or rad/s]; the times are in s.
+    """
+    w = pi / half_swing
+    of_position, rate, arc = noise[0], noise[1] / w, w * sampling_time * samples
+    by_positions = sqrt(12.0) * of_position / arc
+    if rate > 0.0:
+        rate = rate / hypot(1.0, rate / by_positions) if by_positions > 0.0 else 0.0
+    return hypot(of_position, rate) / sqrt(samples)
 
 
 def with_lag(

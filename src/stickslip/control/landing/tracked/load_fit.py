@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.landing.drive_fit import integrals, momenta, regressed
+from stickslip.control.landing.tracked.drive_fit import integrals, momenta, regressed
 from stickslip.planning import NO_LOSSES, LoadLosses
 from stickslip.plants import FlexibleArm
 

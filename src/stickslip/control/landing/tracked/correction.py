@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 
 from stickslip.compiled import compiled
-from stickslip.control.landing.drive_fit import DriveFit
+from stickslip.control.landing.tracked.drive_fit import DriveFit
 from stickslip.numerics.held_step import held_step
 from stickslip.planning import LoadLosses, PulseSeries
 from stickslip.plants import FlexibleArm

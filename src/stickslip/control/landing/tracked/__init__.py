@@ -1,0 +1,1 @@
+"""A landing of a flexible arm by series of pulses that feedback on both masses tracks."""

@@ -1,0 +1,61 @@
+"""Poles of the feedback that tracks a series: as fast as delay, resonance and noise allow."""
+
+from math import exp, hypot, inf, sqrt
+
+from stickslip.plants import FlexibleArm
+
+_DELAY = 0.5  # double pole times the delay of drive and samples
+_SAMPLES = 1.5  # that an effort takes to show in a sample without a delay of the drive, on average
+_RESONANCES = 12.0  # double pole over the resonance of the free arm at most
+_BY_NOISE = 0.1  # of the effort limit, that noise may take
+_FILTERED = 4.0  # poles of the feedback: that of the filter of a noisy velocity
+_SLOWER = 0.9  # share by which a pole is slowed until noise takes no more
+_DIFFERENCES = 1.2  # position noises in a sample: a velocity as noisy as their differences
+
+
+def feedback_poles(
+    arm: FlexibleArm,
+    *,
+    sampling_time: float,
+    noise: tuple[float, float],
+    effort_limit: float,
+    delay: float,
+) -> tuple[float, float]:
+    """Return the double pole of the feedback, and that of its filter [rad/s].
+
+    The filter is of the velocity, where its noise would take too much of the effort; the poles are
+    then as fast as the noise leaves them. Infinite without one.
+
+    Parameters
+    ----------
+    arm
+        Model of the arm.
+    sampling_time
+        [s].
+    noise
+        Standard deviation of a position and of a velocity [m or rad, m/s or rad/s].
+    effort_limit
+        [N or N m].
+    delay
+        Of the drive, in samples [-].
+    """
+    T = sampling_time
+    resonance = sqrt(arm.stiffness * (1.0 / arm.mass_1 + 1.0 / arm.mass_2))
+    fastest = _DELAY / ((max(delay, 0.0) + _SAMPLES) * T)
+    pole, most = min(fastest, _RESONANCES * resonance), _BY_NOISE * effort_limit
+    if arm.mass_1 * _by_noise(pole, inf, T, noise) <= most:
+        return pole, inf
+    pole = min(0.5 * fastest, pole)
+    while arm.mass_1 * _by_noise(pole, _FILTERED * pole, T, noise) > most:
+        pole *= _SLOWER
+    return pole, _FILTERED * pole
+
+
+def _by_noise(pole: float, filtering: float, T: float, noise: tuple[float, float]) -> float:
+    """Return the standard deviation of the acceleration by noise [m/s^2 or rad/s^2]."""
+    of_position, of_velocity = noise
+    b = 1.0 - exp(-filtering * T)
+    # Differences of positions have noise that the next ones undo
+    differences = of_velocity >= _DIFFERENCES * of_position / T > 0.0
+    of_velocity *= sqrt((b * b if differences else b) / (2.0 - b))
+    return hypot(2.0 * pole * of_velocity, pole**2 * of_position)
