@@ -31,9 +31,9 @@ def moment(swing: Swing, error: float, tolerance: float) -> Literal["now", "late
     leaves = rate * error < 0.0
     beside, wide = _BESIDE * tolerance, 0.5 * abs(error)
     close = max(0.5 * beside, least + _PASSES * abs(error))
-    if load <= (max(beside, wide) if leaves else close):
-        return "now"
-    return "later" if least <= max(beside, wide) else "never"
+    if least > max(beside, wide):
+        return "never"
+    return "now" if load <= (max(beside, wide) if leaves else close) else "later"
 
 
 def nudge(
