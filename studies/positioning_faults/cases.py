@@ -219,13 +219,14 @@ def _presliding(plant: Plant, _: float) -> Plant:
     return plant._replace(presliding=5e-5, presliding_damping=0.3)
 
 
-def _damped(plant: Plant, _: float) -> Plant:
+def damped(plant: Plant, _: float) -> Plant:
+    """Return an arm whose spring has a damping of 2 %."""
     damping = 2.0 * 0.02 * float(np.sqrt(plant.coupling_stiffness * plant.load_mass))
     return plant._replace(coupling_damping=damping)
 
 
 def _all_mild_arm(plant: Plant, T: float) -> Plant:
-    return _damped(_presliding(plant, T), T)._replace(actuation_delay=T, load_friction=0.02)
+    return damped(_presliding(plant, T), T)._replace(actuation_delay=T, load_friction=0.02)
 
 
 def _other_arm(plant: Plant, _: float) -> Plant:
@@ -246,7 +247,7 @@ ARM_CASES = (
         plant=lambda p, _: p._replace(static_ratio=1.5, stribeck_velocity=0.01),
     ),
     Case(name="presliding of 5e-5 m", plant=_presliding),
-    Case(name="damping of 2 %", plant=_damped),
+    Case(name="damping of 2 %", plant=damped),
     Case(name="friction of 2 % on mass 2", plant=lambda p, _: p._replace(load_friction=0.02)),
     Case(name="effort noise of 1 %", channels=Channels(effort_noise=0.01)),
     Case(name="effort gain of 1.03", channels=Channels(gain=1.03)),

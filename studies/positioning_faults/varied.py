@@ -5,7 +5,7 @@ Prints one table, with a row for each value of what was drawn from a few.
 """
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
@@ -22,8 +22,8 @@ _FAULTS = ("none", "delay", "lag", "presliding", "directions", "load", "gain")
 _POSITIONS = ("exact", "noise of 1/10", "encoder step of 1/10", "encoder step of 1/2")
 _VELOCITIES = ("none", "exact", "noisy", "differentiated")
 _GUESSES = ("5 %", "30 %", "mass alone")
-_PERIODS = (1e-3, 2e-3, 4e-3, 1e-2)
-_MOVES = 25.0  # shortest times that a move may take
+PERIODS = (1e-3, 2e-3, 4e-3, 1e-2)
+MOVES = 25.0  # shortest times that a move may take
 _LEAST_SAMPLES = 300  # likewise
 
 
@@ -46,7 +46,7 @@ def varied(seed: int) -> Drawn:
     """
     g = np.random.default_rng(seed)
     rotary = bool(g.uniform() < 0.5)
-    T = float(g.choice(_PERIODS))
+    T = float(g.choice(PERIODS))
     m = float(10.0 ** (g.uniform(-4.0, -1.0) if rotary else g.uniform(0.0, 2.3)))
     deceleration = 10.0 ** (g.uniform(0.5, 2.5) if rotary else g.uniform(-0.7, 1.0))
     F, ratio = m * deceleration, float(10.0 ** g.uniform(np.log10(1.7), 1.5))
@@ -93,7 +93,7 @@ def varied(seed: int) -> Drawn:
         },
         targets=targets,
         tolerance=tolerance,
-        duration=max(_MOVES * fastest, _LEAST_SAMPLES * T),
+        duration=max(MOVES * fastest, _LEAST_SAMPLES * T),
         sampling_time=T,
         noise=noise * tolerance,
         encoder_step=step * tolerance,
@@ -161,11 +161,14 @@ def rows(drawn: Sequence[Drawn], outcomes: Sequence[Outcome]) -> Iterator[list[s
         ]
 
 
-def study(drawn: dict[int, Drawn]) -> str:
-    """Return the table of axes by seed, and print those of which a move fails."""
+def study(draw: Callable[[int], Drawn], seeds: range) -> str:
+    """Return the table of the axes drawn with some seeds, and print those of which a move fails."""
     progress = Console(stderr=True)
+    drawn: list[Drawn] = []
     outcomes: list[Outcome] = []
-    for seed, each in track(drawn.items(), console=progress, transient=True):
+    for seed in track(seeds, console=progress, transient=True):
+        each = draw(seed)
+        drawn.append(each)
         outcomes.append(move_axis(each.axis, each.case))
         if np.isnan(outcomes[-1].settling).any():
             progress.print(f"seed {seed}: {each.what} {outcomes[-1]}", soft_wrap=True)
@@ -177,7 +180,7 @@ def study(drawn: dict[int, Drawn]) -> str:
         "wrong reached",
         "leaves the travel",
     )
-    return table(list(titles), list(rows(list(drawn.values()), outcomes)))
+    return table(list(titles), list(rows(drawn, outcomes)))
 
 
 def main() -> None:
@@ -187,8 +190,7 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=0)
     given = parser.parse_args()
     seeds = range(given.first_seed, given.first_seed + given.axes)
-    drawn = {seed: varied(seed) for seed in seeds}
-    Console().print(study(drawn), markup=False, soft_wrap=True)
+    Console().print(study(varied, seeds), markup=False, soft_wrap=True)
 
 
 if __name__ == "__main__":

@@ -6,18 +6,18 @@ with a row for each value of what was drawn from a few.
 
 import argparse
 from dataclasses import replace
-from math import pi, sqrt
+from functools import partial
+from math import pi
 
 import numpy as np
 from rich.console import Console
 
 from studies.mismatch.plant import Plant
-from studies.positioning_faults.cases import Case, Channels, Noise
+from studies.positioning_faults.cases import Case, Channels, Noise, damped
 from studies.positioning_faults.run import Axis, shortest
-from studies.positioning_faults.varied import Drawn, study
+from studies.positioning_faults.varied import MOVES, PERIODS, Drawn, study
 
-_PERIODS = (1e-3, 2e-3, 4e-3, 1e-2)
-_MOVES, _SWINGS = 25.0, 8.0  # shortest times and half swings that a move may take at least
+_SWINGS = 8.0  # half swings that a move may take at least
 _UNSURE = 0.05  # of the friction, where it is known
 _FAULTS = ("none", "delay", "damping", "friction of mass 2", "noise", "encoder", "gain", "unseen")
 
@@ -32,7 +32,7 @@ def varied_arm(seed: int, *, known: bool) -> Drawn:
     """
     g = np.random.default_rng(seed)
     rotary = bool(g.uniform() < 0.5)
-    T = float(g.choice(_PERIODS))
+    T = float(g.choice(PERIODS))
     m1 = float(10.0 ** (g.uniform(-3.0, 0.0) if rotary else g.uniform(0.0, 2.0)))
     m2 = m1 * float(10.0 ** g.uniform(-0.8, 0.8))
     w = float(g.uniform(0.01, 0.12)) / T
@@ -86,7 +86,7 @@ def varied_arm(seed: int, *, known: bool) -> Drawn:
     )
     times = shortest(axis)
     return Drawn(
-        axis=replace(axis, duration=max(_MOVES * max(times), _SWINGS * pi / w)),
+        axis=replace(axis, duration=max(MOVES * max(times), _SWINGS * pi / w)),
         case=_case(fault, g, w, tolerance),
         what={
             "size": "rotary" if rotary else "linear",
@@ -114,11 +114,6 @@ def _case(fault: str, g: np.random.Generator, w: float, tolerance: float) -> Cas
     if fault == "delay":
         return Case(name=fault, plant=lambda p, T: p._replace(actuation_delay=2.0 * share * T))
     if fault == "damping":
-
-        def damped(p: Plant, _: float) -> Plant:
-            critical = 2.0 * sqrt(p.coupling_stiffness * p.load_mass)
-            return p._replace(coupling_damping=0.02 * critical)
-
         return Case(name=fault, plant=damped)
     if fault == "friction of mass 2":
         other = 0.02 + 0.06 * share
@@ -141,8 +136,8 @@ def main() -> None:
     parser.add_argument("--unknown", action="store_true", help="friction is not known")
     given = parser.parse_args()
     seeds = range(given.first_seed, given.first_seed + given.arms)
-    drawn = {seed: varied_arm(seed, known=not given.unknown) for seed in seeds}
-    Console().print(study(drawn), markup=False, soft_wrap=True)
+    draw = partial(varied_arm, known=not given.unknown)
+    Console().print(study(draw, seeds), markup=False, soft_wrap=True)
 
 
 if __name__ == "__main__":

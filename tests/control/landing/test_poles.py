@@ -38,6 +38,6 @@ def test_noise_takes_a_tenth_of_the_effort_at_most(differences: bool) -> None:
     for k in range(1, n):
         filtered[k] = filtered[k - 1] + share * (velocity[k] - filtered[k - 1])
     of_position = position[1:] if differences else np.zeros(n)
-    # Of masses whose errors are independent, as the bound takes position and velocity
+    # The bound takes the errors of position and velocity for independent
     effort = np.hypot(2.0 * pole * np.std(filtered), pole**2 * np.std(of_position)) * STIFF.mass_1
     assert 0.85 * 0.1 * LIMIT < effort < 1.05 * 0.1 * LIMIT

@@ -29,6 +29,7 @@ from stickslip.scenario.controllers.base import (
 from stickslip.scenario.guess import FILES, FirstGuesses, check_learned
 from stickslip.scenario.table import ScenarioError, key
 
+_SERIES = "series for a target, after which it stops"
 _KNOWN = "the axis, taken as known"
 _UNCERTAINTY = 0.02
 """Standard deviation of masses and spring that are guessed, over the values, by default."""
@@ -173,9 +174,7 @@ class _ArmBySeries(_ArmController):
 
     learns: ClassVar[bool] = True
     guesses: ClassVar[tuple[str, ...]] = (*_ArmController.guesses, "arm_uncertainty")
-    most_series: int = key(
-        "series for a target, after which it stops", default=LandingController.most_series
-    )
+    most_series: int = key(_SERIES, default=LandingController.most_series)
     longest_wait: float | None = key(
         "longest time for the driven mass to rest", "time", positive, says="20 swings of mass 2"
     )
@@ -217,9 +216,7 @@ class ArmTracked(_ArmBySeries):
     landing: ClassVar[type[LandingController]] = TrackedLandingController
     begins: ClassVar[str] = "with a tenth of the effort limit"
     differentiates: ClassVar[bool] = True
-    most_series: int = key(
-        "series for a target, after which it stops", default=TrackedLandingController.most_series
-    )
+    most_series: int = key(_SERIES, default=TrackedLandingController.most_series)
 
 
 class ArmFeedback(_ArmByFeedback):

@@ -157,10 +157,15 @@ class TrackedLandingController(LandingController):
         return feedback_poles(
             self.arm,
             sampling_time=self.sampling_time,
-            noise=(self.position_noise, self.velocity_noise),
+            noise=self._noise,
             effort_limit=self.effort_limit,
             delay=delay,
         )
+
+    @property
+    def _noise(self) -> tuple[float, float]:
+        """Standard deviation of a position and of a velocity [m or rad, m/s or rad/s]."""
+        return self.position_noise, self.velocity_noise
 
     @property
     def _band(self) -> float:
@@ -209,8 +214,7 @@ class TrackedLandingController(LandingController):
 
     def _lag(self, state: Any) -> float:
         """Return the lag of measured velocities [s]."""
-        noise = self.position_noise, self.velocity_noise
-        return state.lag.estimate(self.sampling_time, noise)
+        return state.lag.estimate(self.sampling_time, self._noise)
 
     def _prompt(self, state: Any, sample: SensorSample) -> SensorSample:
         """Return a sample with the velocities as they are, by the spring and the plan."""
@@ -259,8 +263,7 @@ class TrackedLandingController(LandingController):
             return n >= _AT_ONCE
         if n >= _BRIEF and not state.computed:
             left = abs(state.target - 0.5 * (state.window.low + state.window.high))
-            noise = self.position_noise, self.velocity_noise
-            unsure = swing_deviation(n, self.sampling_time, self.half_swing, noise)
+            unsure = swing_deviation(n, self.sampling_time, self.half_swing, self._noise)
             if unsure <= max(_KNOWN * self.tolerance, _NEAR * left):
                 return True
         return super()._settled(state, waited)
@@ -333,7 +336,7 @@ class TrackedLandingController(LandingController):
             filtered=1.0 - exp(-filtering * self.sampling_time),
             settling=max(1, ceil(_SETTLING / pole / self.sampling_time)),
             limit=_CORRECTING * self._most(state),
-            noise=(self.position_noise, self.velocity_noise),
+            noise=self._noise,
             learned=state.load.rows > 0,
         )
         arm = self._estimated_arm(state)
