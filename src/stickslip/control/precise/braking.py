@@ -1,16 +1,25 @@
 """Braking of an axis whose motion no plan explains, and holding of one that is pushed.
 
-The speed is that of the last three samples together, which a vibration behind the axis disturbs
-little. Braking holds the effort that takes this speed away for three samples or more, and then
-estimates the speed again: feedback in each sample would excite the vibration. A push is short, and
-changes faster: its force is estimated in each sample, and the effort opposes it and the speed.
+The speed of braking is that of the last three samples together, which a vibration behind the axis
+disturbs little, and what the commands since then have changed. Braking holds the effort that takes
+this speed away for three samples or more, and then estimates the speed again: feedback in each
+sample would excite the vibration. A push is short, and changes faster: its force is estimated in
+each sample, and the effort opposes it and the speed.
 """
 
 import math
 from typing import Any
 
 from stickslip.compiled import compiled
-from stickslip.control.precise.learning import BRAKING, HOLDING, PAST, delay_of, lag_of
+from stickslip.control.precise.learning import (
+    BRAKING,
+    HISTORY,
+    HOLDING,
+    PAST,
+    delay_of,
+    lag_of,
+    sent,
+)
 
 _SAMPLES = 3  # the shortest braking
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
@@ -18,11 +27,14 @@ _MOST = 6  # brakings until the axis is left to friction
 _PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is under a load
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
-_SURE = 0.1  # of a step is what the one before it has at least, where it is no glitch
-_VISIBLE = 10.0  # standard deviations of a position: two steps that are no noise
-_GAIN = 0.3  # of the speed is taken away in a sample of a push
-_FOLLOWED = 0.5  # of a change of the push is believed in a sample
+_SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
+_VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
+_GAIN = 0.8  # of the speed is taken away in a sample of a push
+_CHANGES = 0.1  # of the limit: standard deviation of the change of a push in a sample
+_SHAKEN = 0.01  # times that where a vibration moves the axis too
+_LIKELY = 3.0  # standard deviations of a push
 _LONGEST = 0.3  # of a push [s]
+_FINEST = 1e-12  # standard deviation of a position, at least
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
 
@@ -56,13 +68,17 @@ def _runs(p: Any, m: float, F: float, v: float) -> bool:
 
 
 @compiled()
-def pushed(p: Any, m: float, F: float) -> bool:
-    """Return whether an axis that should rest runs away without becoming slower."""
+def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
+    """Return whether an axis that should rest runs away without becoming slower.
+
+    One that was at rest shows it by one step.
+    """
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
-    faster = p.past_count >= PAST and abs(new) >= abs(old) and old * new > _SURE * new * new
+    faster = abs(new) >= abs(old) and old * new > _SURE * new * new
     faster = faster and abs(new + old) > _VISIBLE * p.noise
-    may = p.brakings < _PUSHES and p.holds < _HOLDS
-    return faster and may and _runs(p, m, F, new / p.period)
+    jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
+    may = p.past_count >= PAST and p.brakings < _PUSHES and p.holds < _HOLDS
+    return (faster or jumps) and may and _runs(p, m, F, new / p.period)
 
 
 @compiled()
@@ -72,50 +88,118 @@ def start_braking(p: Any) -> None:
 
 
 @compiled()
-def start_holding(p: Any, m: float, rested: bool) -> None:
-    """Act against a push from this sample on.
-
-    The last two steps show its force, if the axis was at rest before: another one may swing.
-    """
-    change = p.past[0] - 2.0 * p.past[1] + p.past[2] if rested else 0.0
-    p.moving, p.push, p.brake = HOLDING, m * change / (p.period * p.period), 0.0
-    p.speed = _speed(p, m) - change / p.period if rested else 0.0
-    p.brake_left, p.quiet = math.ceil(_LONGEST / p.period), 0
-    p.brakings += 1
-    p.holds += 1
-    p.turns = 0
+def _change(p: Any, m: float) -> float:
+    """Return the standard deviation of the change of d T^2/m in a sample."""
+    share = _CHANGES * (_SHAKEN if p.shaken else 1.0)
+    return share * p.limit * p.period * p.period / m
 
 
 @compiled()
-def hold(p: Any, m: float, F: float) -> float:
-    """Return the effort until the next sample against a push; it ends with `moving` 0.
+def _predict(p: Any, m: float, u: float) -> None:
+    """Take x, v T and d T^2/m, and their covariance P, over a sample under an effort u.
 
-    What the acceleration has beyond the effort is the force of the push and of friction.
+    The force d of the push walks at random: x' = x + v T + (d + u) T^2/(2 m), v' = v + (d + u) T/m.
     """
-    v = _speed(p, m)
-    p.push += _FOLLOWED * (m * (v - p.speed) / p.period - p.brake - p.push)
-    p.speed = v
+    a, P = p.motion, p.spread
+    w = u * p.period * p.period / m
+    a[0] += a[1] + 0.5 * (a[2] + w)
+    a[1] += a[2] + w
+    for j in range(3):  # P <- A P A', by rows and then by columns
+        P[0, j] += P[1, j] + 0.5 * P[2, j]
+        P[1, j] += P[2, j]
+    for i in range(3):
+        P[i, 0] += P[i, 1] + 0.5 * P[i, 2]
+        P[i, 1] += P[i, 2]
+    P[2, 2] += _change(p, m) ** 2
+
+
+@compiled()
+def _correct(p: Any, x: float) -> None:
+    """Correct them by a position: one step of a Kalman filter."""
+    a, P = p.motion, p.spread
+    S = P[0, 0] + max(p.noise * p.noise, _FINEST * _FINEST)
+    off, row = x - a[0], P[0].copy()
+    for i in range(3):
+        gain = P[i, 0] / S
+        a[i] += gain * off
+        for j in range(3):
+            P[i, j] -= gain * row[j]
+
+
+@compiled()
+def start_holding(p: Any, m: float) -> None:
+    """Act against a push from this sample on; the axis was at rest two samples ago."""
+    p.moving, p.brake = HOLDING, 0.0
+    p.motion[:], p.spread[:, :] = 0.0, 0.0
+    p.motion[0] = p.past[2]
+    p.spread[0, 0], p.spread[2, 2] = p.noise * p.noise, _change(p, m) ** 2
+    _predict(p, m, 0.0)
+    _correct(p, p.past[1])
+    p.commands[:] = 0.0
+    p.brake_left, p.quiet, p.turns = math.ceil(_LONGEST / p.period), 0, 0
+    p.brakings += 1
+    p.holds += 1
+
+
+@compiled()
+def hold(p: Any, m: float, F: float, measured: bool) -> float:
+    """Return the effort until the next sample against a push; it ends with `moving` 0."""
+    T, delay = p.period, delay_of(p.best) + lag_of(p.best)
+    whole = int(delay)
+    part = delay - whole
+    _predict(p, m, (1.0 - part) * p.commands[whole] + part * p.commands[whole + 1])
+    if measured:
+        _correct(p, p.past[0])
+    force = m / (T * T)
+    v, push = p.motion[1] / T, p.motion[2] * force
+    seen = max(F, _LIKELY * math.sqrt(p.spread[2, 2]) * force)
     p.brake_left -= 1
-    p.quiet = 0 if _runs(p, m, F, v) or abs(p.push) > F else p.quiet + 1
-    u = -_GAIN * m * v / p.period - p.push
+    p.quiet = 0 if _runs(p, m, F, v) or abs(push) > seen else p.quiet + 1
+    for k in range(whole + 1):  # until the effort acts
+        v += (push + p.commands[k]) * (1.0 if k < whole else part) * T / m
+    u = -_GAIN * m * v / T - push
     p.turns += 1 if u * p.brake < 0.0 and abs(u) > F else 0
     if p.brake_left <= 0 or p.quiet >= PAST or p.turns > _TURNS:
         p.moving = 0
         return 0.0
     p.brake = min(max(u, -p.limit), p.limit)
+    sent(p, p.brake)
     return p.brake
+
+
+@compiled()
+def _speed_now(p: Any, m: float, F: float) -> float:
+    """Return the velocity in the sample: that over the last three samples, and what followed.
+
+    Of an acceleration a in the last sample but j that mean lacks a T (5 - 2 j)/6, and a T of a
+    command that has not arrived.
+    """
+    v, T = _speed(p, m), p.period
+    v -= math.copysign(min(1.5 * F * T / m, abs(v)), v)
+    delay = int(delay_of(p.best) + lag_of(p.best) + 0.5)
+    impulse = 0.0
+    for j in range(min(delay + PAST - 1, HISTORY)):
+        impulse += p.commands[j] * T * (1.0 if j < delay else (5.0 - 2.0 * (j - delay)) / 6.0)
+    return v + (-impulse if p.backward else impulse) / m
 
 
 @compiled()
 def brake(p: Any, m: float, F: float) -> float:
     """Return the effort until the next sample; the braking ends with `moving` 0."""
+    u = _braking(p, m, F)
+    sent(p, -u if p.backward else u)
+    return u
+
+
+@compiled()
+def _braking(p: Any, m: float, F: float) -> float:
     if p.brake_left > 0:
         p.brake_left -= 1
         return p.brake
     if p.brake_wait > 0:
         p.brake_wait -= 1
         return 0.0
-    v = _speed(p, m)
+    v = _speed_now(p, m, F)
     if p.brakings >= _MOST or not _runs(p, m, F, v):
         p.moving = 0
         return 0.0

@@ -13,9 +13,16 @@ from stickslip.compiled import compiled
 from stickslip.control.base import PositionController
 from stickslip.control.checks import check_class, check_fields
 from stickslip.control.precise import learning as at
-from stickslip.control.precise.braking import brake, hold, pushed, remember, start_holding
+from stickslip.control.precise.braking import (
+    brake,
+    hold,
+    pushed,
+    remember,
+    start_braking,
+    start_holding,
+)
 from stickslip.control.precise.learning import BRAKING, HOLDING, MOVE, SIZE, own_fields, teach
-from stickslip.control.precise.moving import WILD, go_on, shortest, start_move
+from stickslip.control.precise.moving import SHAKES, WILD, go_on, shortest, start_move
 from stickslip.control.pulses import exact_kernels
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.pulses.exact_kernels import (
@@ -63,6 +70,8 @@ _UNKNOWN_SHARE = 0.12  # of the effort limit: between a third and a thirtieth, a
 _UNKNOWN_VISCOUS = 0.3  # of that friction at the largest speed
 _PAUSE, _PAUSES = 0.3, 2  # duration [s] and number of waits for what still swings on the axis
 _FEWEST = 2  # samples of a rest, where the delay is known
+_GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
+_GENTLER, _GENTLEST = 0.5, 1.5  # times that of the last one, if it vibrates again; times friction
 _LEARNED = 2  # samples of motion from which the pulses learn
 
 
@@ -73,11 +82,22 @@ def _moves(p: Any, s: Any, own: Any, error: float) -> bool:
         return False
     side = 0 if s.error > 0.0 else 1
     m, F, c = law_of(own, side)
-    if _STRONG * own.limit < F:
+    if _STRONG * p.most < F:
         return False
     f, n = pulse_for(own, side, error)
-    fast = shortest(m, F, own.limit, error) + _EXTRA * p.period
+    fast = shortest(m, F, p.most, error) + _EXTRA * p.period
     return f <= F or fast < _SOONER * pulse_duration(m, F, c, f, n * p.period)
+
+
+@compiled()
+def _sure_friction(own: Any) -> float:
+    """Return what Coulomb friction certainly is at least, to either side."""
+    least = math.inf
+    for side in range(2):
+        i = COULOMB + side
+        spread = _CERTAIN * math.sqrt(own.covariance[i, i])
+        least = min(least, math.exp(own.values[i] - spread))
+    return least
 
 
 @compiled()
@@ -86,14 +106,17 @@ def _hasten(p: Any, s: Any, own: Any) -> None:
 
     Slowed by F/m alone it goes F (n T)^2/(2 m) in the last n samples.
     """
-    m = math.exp(own.values[0])
-    least = math.inf
-    for side in range(2):
-        i = COULOMB + side
-        spread = _CERTAIN * math.sqrt(own.covariance[i, i])
-        least = min(least, math.exp(own.values[i] - spread))
+    m, least = math.exp(own.values[0]), _sure_friction(own)
     n = math.ceil(math.sqrt(2.0 * s.spread * m / least) / p.period) + math.ceil(p.lag)
     s.early = min(s.window, max(n + 1, _FEWEST))
+
+
+@compiled()
+def _calm(p: Any, own: Any) -> None:
+    """Let moves begin with less effort, which excites a vibration less."""
+    F = max(law_of(own, 0)[1], law_of(own, 1)[1])
+    most = max(_GENTLER * p.most, _GENTLEST * F) if p.shaken else _GENTLE * F
+    p.most, p.shaken = min(p.most, most), 1
 
 
 @compiled()
@@ -120,6 +143,8 @@ def _ended(p: Any, s: Any, own: Any) -> None:
     if explained or own.taught == 0:
         own.by_moves[:] = own.values
     own.taught = max(own.taught, p.seen)
+    if p.shakes >= SHAKES:
+        _calm(p, own)
     exact_kernels.lengthen_rest(s, own)
     if p.known:
         _hasten(p, s, own)
@@ -154,9 +179,12 @@ def _step(
         if _moves(p, s, own, abs(s.error)):
             start_move(p, x, s.target, own.values, own.covariance)
     remember(p, x)
-    m, F = math.exp(own.values[0]), math.exp(min(own.values[COULOMB], own.values[COULOMB + 1]))
-    if p.moving == 0 and s.pending == 0 and pushed(p, m, F):
-        start_holding(p, m, s.phase == RESTING)
+    m, F = math.exp(own.values[0]), _sure_friction(own)
+    if p.moving == 0 and s.pending == 0 and pushed(p, m, F, s.phase == RESTING):
+        if s.phase == RESTING:
+            start_holding(p, m)
+        else:
+            start_braking(p)
         p.seen = p.wild = p.moves = p.pauses = 0
         p.last_error = math.inf
     if p.moving == 0:
@@ -182,7 +210,7 @@ def _step(
     if p.moving == BRAKING:
         u = brake(p, m, F)
     elif p.moving == HOLDING:
-        u = hold(p, m, F)
+        u = hold(p, m, F, True)
     if p.moving == 0:
         _ended(p, s, own)
     return vector, u
@@ -198,7 +226,8 @@ def _blind(state: Float[np.ndarray, " s"]) -> tuple[Float[np.ndarray, " s"], flo
         inner[:] = after
         return vector, u
     if p.moving == HOLDING:
-        return vector, 0.0
+        own = exact_kernels.own_fields(inner)
+        return vector, hold(p, math.exp(own.values[0]), _sure_friction(own), False)
     if p.moving == BRAKING:
         left = p.brake_left > 0
         p.brake_left -= left
@@ -217,7 +246,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     effort first and a planned braking. Mass, friction and delay are learned during the move
     (`stickslip.control.precise.learning`), and the feedback plans each sample with them. The pulses
     of an `ExactPulseController` begin with what it has learned, and correct what is left. An axis
-    that is pushed from its rest is held, and moves to the target again. Where pulses have not
+    that is pushed from its rest is held, and moves to the target again. One that vibrates during
+    a move is braked, and moves on with three times the effort of friction. Where pulses have not
     helped, it waits for what may swing on the axis, 0.3 s and then 0.6 s, and tries again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
@@ -328,6 +358,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         p, s = own_fields(state), head(state[SIZE:])
         p.method, p.length = METHOD, state.size
         p.period, p.limit = self.sampling_time, self.pulses.effort_limit
+        p.most = p.limit
         p.bend = 0.5 * self.pulses.tolerance
         p.noise, p.most_moves, p.last_error = self.pulses.position_noise, _MOST_MOVES, inf
         if self.delay is None:

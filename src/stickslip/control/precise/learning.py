@@ -44,6 +44,7 @@ OWN_DTYPE = np.dtype(
         ("length", "i8"),  # of the vector
         ("period", "f8"),  # T
         ("limit", "f8"),  # of the effort
+        ("most", "f8"),  # effort of moves, at most
         ("noise", "f8"),  # standard deviation of a sampled position
         ("bend", "f8"),  # way after which friction is taken to be complete
         ("known", "i8"),  # 1 if the delay is known, or learned
@@ -55,6 +56,7 @@ OWN_DTYPE = np.dtype(
         ("begun", "i8"),  # 1 after the first sample
         ("moves", "i8"),  # to this target
         ("last_error", "f8"),  # before the last one
+        ("shaken", "i8"),  # 1 once a vibration has disturbed a move
         ("pauses", "i8"),  # after pulses that did not help, to this target
         ("samples", "i8"),  # since it began
         ("longest", "i8"),  # samples after which it is ended
@@ -63,6 +65,8 @@ OWN_DTYPE = np.dtype(
         ("way", "f8"),  # to the target, positive at the start
         ("seen", "i8"),  # 1 once it has moved
         ("wild", "i8"),  # innovations that the model does not explain
+        ("off", "f8"),  # the last of them
+        ("shakes", "i8"),  # how often their sign has changed, counted by weight
         ("left", "i8"),  # samples of the last part of the move; 0 before
         ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
         ("waited", "i8"),  # samples since then
@@ -80,8 +84,8 @@ OWN_DTYPE = np.dtype(
         ("brakings", "i8"),  # since the axis was seen at rest
         ("holds", "i8"),  # since it was at rest at the target
         ("turns", "i8"),  # of the effort against a push
-        ("push", "f8"),  # force that acts beside the effort, as estimated
-        ("speed", "f8"),  # velocity over the last samples
+        ("motion", "f8", (3,)),  # x, v T and d T^2/m of an axis that a force d pushes
+        ("spread", "f8", (3, 3)),  # their covariance
         ("brake", "f8"),  # effort of the present one
         ("brake_left", "i8"),  # samples of it, or most samples of a push
         ("brake_wait", "i8"),  # samples until it is seen what it has done
@@ -180,6 +184,14 @@ def lagging(f: float, u: float, lag: float, h: float) -> tuple[float, float, flo
     left = math.exp(-z)
     mean = (1.0 - left) / z
     return u + (f - u) * left, u + (f - u) * mean, 0.5 * u + (f - u) * (1.0 - mean) / z
+
+
+@compiled()
+def sent(p: Any, u: float) -> None:
+    """Keep a command."""
+    for k in range(HISTORY - 1, 0, -1):
+        p.commands[k] = p.commands[k - 1]
+    p.commands[0] = u
 
 
 @compiled(inline=True)

@@ -24,7 +24,6 @@ from typing import Any
 from stickslip.compiled import compiled
 from stickslip.control.precise.braking import start_braking
 from stickslip.control.precise.learning import (
-    HISTORY,
     LONGEST_DELAY,
     MOVE,
     PER_SAMPLE,
@@ -37,6 +36,7 @@ from stickslip.control.precise.learning import (
     lagging,
     learn,
     model,
+    sent,
 )
 
 _PLANNED = 0.85  # of the limit: braking, so that the feedback can brake more
@@ -47,6 +47,8 @@ _ROUGH_EFFORT = 0.003  # of the limit, likewise: steps of the effort
 _ROUGH_SWITCH = 0.03  # of a change of the effort, likewise: its delay
 _OUTLYING = 9.0  # squared standard deviations of an innovation
 _SEEN = 5.0  # standard deviations of a position: an axis that has moved
+SHAKES = 3  # changes of the sign of such innovations: the axis vibrates
+_NO_FRICTION = 6.0  # times friction: an innovation by a larger force counts for all of them
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _FINEST = 1e-12  # standard deviation of a position, at least
@@ -57,6 +59,7 @@ _USED = 0.9  # of the limit: by the last part as it is planned first
 _TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
 _STOPPING = 12  # samples: an axis that does not stop on the plan is stopped for so long
 _REACTION = 3.0  # lags after which an axis moves that can
+_CERTAIN = 2.0  # standard deviations of friction
 _GENTLY = 0.7  # of the speed is taken away in a sample then
 
 
@@ -72,6 +75,7 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     """Begin a move at rest in x."""
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
     p.seen = p.wild = p.brakings = 0
+    p.off, p.shakes = 0.0, 0
     p.moves += 1
     p.start, p.backward = x, (1 if target < x else 0)
     p.way = p.last_error = abs(target - x)
@@ -79,7 +83,7 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     p.p_xx, p.p_xv, p.p_vv = p.noise * p.noise, 0.0, 0.0
     begin(p, values, covariance)
     m, F, _ = model(p)
-    fast = shortest(m, min(F, 0.9 * p.limit), p.limit, p.way)
+    fast = shortest(m, min(F, 0.9 * p.most), p.most, p.way)
     p.longest = int(_LONGER * fast / p.period) + _SLACK
 
 
@@ -155,6 +159,9 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
         off, R = x - x_0, max(p.noise * p.noise, _FINEST * _FINEST)
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:
+            if off * p.off < 0.0:
+                p.shakes += SHAKES if 2.0 * m * abs(off) > _NO_FRICTION * F * T * T else 1
+            p.off = off
             p.wild += 1
             p.p_xx += beyond
             p.p_xv += 2.0 * beyond / T
@@ -216,7 +223,7 @@ def _effort(p: Any, a: float, v: float, speed: float) -> float:
     m, F, c = model(p)
     mean = speed if lag_of(p.best) > 0.0 else v + 0.5 * a * p.period
     u = m * a + F + c * max(mean, 0.0)
-    return min(max(u, -p.limit), p.limit)
+    return min(max(u, -p.most), p.most)
 
 
 @compiled()
@@ -227,7 +234,7 @@ def _can_end(p: Any, e: float, v: float) -> bool:
         _plan_last(p, e, v, n)
         first, last = _last_acceleration(p, 0, n), _last_acceleration(p, n - 1, n)
         push, brake = m * first + F + c * v, m * last + F
-        if max(abs(push), abs(brake)) <= _USED * p.limit and last <= 0.0:
+        if max(abs(push), abs(brake)) <= _USED * p.most and last <= 0.0:
             return True
     p.left = 0
     return False
@@ -249,32 +256,32 @@ def _decide(p: Any) -> float:
     x, v, speed = _ahead(p)
     T, e = p.period, p.way - x
     m, F, c = model(p)
-    if p.samples > p.longest or (p.open == 0 and p.wild > WILD):
+    if p.samples > p.longest or p.shakes >= SHAKES or (p.open == 0 and p.wild > WILD):
         start_braking(p)
         return 0.0
     if p.left > 0:
         n = p.left
         noise = 6.0 * p.noise / (T * T * n * (n + 1.0)) * m
-        if noise <= _QUIET * p.limit or n == 1:
+        if noise <= _QUIET * p.most or n == 1:
             _plan_last(p, e, v, n)
             needed = m * (p.level + 0.5 * p.slope * (n - 1)) + F + c * v
-            if abs(needed) > p.limit and not _can_end(p, e, v):
+            if abs(needed) > p.most and not _can_end(p, e, v):
                 _plan_last(p, e, v, n)
         return _next_of_last(p, v, speed)
     reacts = p.samples > delay_of(p.best) + _REACTION * lag_of(p.best) + 1.0
     if p.ending or (reacts and speed <= 0.0):
         return _stop(p, e, v, speed)
-    push = (p.limit - F - c * v) / m
+    push = (p.most - F - c * v) / m
     x_1, v_1 = v * T + 0.5 * push * T * T, v + push * T
-    b = max(_PLANNED * p.limit + F, 0.1 * p.limit) / m
+    b = max(_PLANNED * p.most + F, 0.1 * p.most) / m
     gentle = _TAPER * b * T * T
     if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - gentle - x_1):
-        return p.limit
+        return p.most
     if _can_end(p, e, v):
         return _next_of_last(p, v, speed)
     B, C = 2.0 * v / T + b, (v * v - 2.0 * b * (e - gentle - v * T)) / (T * T)
     root = B * B - 4.0 * C
-    a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -2.0 * p.limit / m
+    a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -2.0 * p.most / m
     return _effort(p, a, v, speed)
 
 
@@ -297,10 +304,12 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
         p.quiet = 0
         if e > 2.0 * p.bend and _can_end(p, e, v):
             return _next_of_last(p, v, speed)
+        if e < 0.0:  # what friction certainly does
+            F = max(F - _CERTAIN * math.sqrt(p.covariance[p.best, 1, 1]), 0.0)
         u = -_GENTLY * m * v / p.period + math.copysign(F, speed) + c * speed
         if u * speed > 0.0:  # friction alone stops it as soon
             return 0.0
-        return min(max(u, -p.limit), p.limit)
+        return min(max(u, -p.most), p.most)
     p.quiet += 1
     if p.quiet > delay_of(p.best) + 1.0:
         p.moving = 0
@@ -320,7 +329,10 @@ def go_on(p: Any, position: float, measured: bool) -> float:
             p.seen = 1 if p.seen or x > _SEEN * p.noise else 0
             learn(p, x, True)
             tau = (p.samples - delay_of(p.best)) * p.period
-            if p.open and choose(p) and tau > 0.0:
+            changed = p.open == 1 and choose(p)
+            if changed:  # what was wild was so by the model before
+                p.shakes, p.off = 0, 0.0
+            if changed and tau > 0.0:
                 m, F, c = model(p)
                 impulse = F * tau + c * x + p.values[p.best, TAUGHT]
                 p.x, p.v = x, max((p.once[p.best] - impulse) / m, 0.0)
@@ -330,7 +342,5 @@ def go_on(p: Any, position: float, measured: bool) -> float:
             learn(p, p.x, False)
     u = _decide(p)
     p.samples += 1
-    for k in range(HISTORY - 1, 0, -1):
-        p.commands[k] = p.commands[k - 1]
-    p.commands[0] = u
+    sent(p, u)
     return sign * u
