@@ -29,6 +29,7 @@ _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swi
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
 _VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
+_STRONGEST = 1.2  # of the effort limit: a push
 _GAIN = 0.8  # of the speed is taken away in a sample of a push
 _CHANGES = 0.1  # of the limit: standard deviation of the change of a push in a sample
 _SHAKEN = 0.01  # times that where a vibration moves the axis too
@@ -71,12 +72,14 @@ def _runs(p: Any, m: float, F: float, v: float) -> bool:
 def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     """Return whether an axis that should rest runs away without becoming slower.
 
-    One that was at rest shows it by one step.
+    One that was at rest shows it by one step, if a force such as the effort limit explains it: a
+    larger one may be a glitch.
     """
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = abs(new) >= abs(old) and old * new > _SURE * new * new
     faster = faster and abs(new + old) > _VISIBLE * p.noise
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
+    jumps = jumps and 2.0 * m * abs(new) <= _STRONGEST * p.limit * p.period * p.period
     may = p.past_count >= PAST and p.brakings < _PUSHES and p.holds < _HOLDS
     return (faster or jumps) and may and _runs(p, m, F, new / p.period)
 

@@ -48,7 +48,7 @@ _ROUGH_SWITCH = 0.03  # of a change of the effort, likewise: its delay
 _OUTLYING = 9.0  # squared standard deviations of an innovation
 _SEEN = 5.0  # standard deviations of a position: an axis that has moved
 SHAKES = 3  # changes of the sign of such innovations: the axis vibrates
-_NO_FRICTION = 6.0  # times friction: an innovation by a larger force counts for all of them
+_SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts for all of them
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _FINEST = 1e-12  # standard deviation of a position, at least
@@ -159,8 +159,8 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
         off, R = x - x_0, max(p.noise * p.noise, _FINEST * _FINEST)
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:
-            if off * p.off < 0.0:
-                p.shakes += SHAKES if 2.0 * m * abs(off) > _NO_FRICTION * F * T * T else 1
+            if off * p.off < 0.0 and abs(off) > _SHAKE * p.way:
+                p.shakes += SHAKES if abs(off) > _LARGE * p.way else 1
             p.off = off
             p.wild += 1
             p.p_xx += beyond
