@@ -91,7 +91,9 @@ def test_arms_of_all_sizes_land(known: bool) -> None:
         ("lag of 1 sample, load of 50 %", 3.0, 0.01),
         ("delay of 5 samples", 30.0, 0.01),
         ("resonance of the drive, 30 Hz", 10.0, 0.001),
+        ("resonance of the drive, 30 Hz", 30.0, 0.01),
         ("push of 80 % of the limit", 10.0, 0.001),
+        ("push of 80 % of the limit", 30.0, 0.01),
     ],
 )
 def test_the_default_controller_settles(name: str, ratio: float, T: float) -> None:

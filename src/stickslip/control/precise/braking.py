@@ -171,7 +171,7 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
 
 
 @compiled()
-def _speed_now(p: Any, m: float, F: float) -> float:
+def speed_now(p: Any, m: float, F: float) -> float:
     """Return the velocity in the sample: that over the last three samples, and what followed.
 
     Of an acceleration a in the last sample but j that mean lacks a T (5 - 2 j)/6, and a T of a
@@ -202,7 +202,7 @@ def _braking(p: Any, m: float, F: float) -> float:
     if p.brake_wait > 0:
         p.brake_wait -= 1
         return 0.0
-    v = _speed_now(p, m, F)
+    v = speed_now(p, m, F)
     if p.brakings >= _MOST or not _runs(p, m, F, v):
         p.moving = 0
         return 0.0
