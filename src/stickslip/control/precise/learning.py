@@ -117,6 +117,7 @@ _OUTLYING = 9.0  # squared standard deviations
 _MOST = 2.0  # factor between a mass and its first guess, during a move
 _STRONGEST = 0.95  # of the effort limit: friction, during a move
 _LEAST = 0.02  # of a prior value: no parameter is less
+_UNKNOWN = 0.5  # variance of the logarithm of friction that is not known
 _SHORTEST = 1e-12  # way, at least
 _SUREST = 0.01  # relative standard deviation of what a move teaches, at least
 
@@ -150,8 +151,10 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
     share = min(F / p.limit, 0.9)
     bending = F * math.sqrt(2.0 * p.bend * p.mass / max(p.limit - F, 0.1 * p.limit))
     i = COULOMB + side
-    # Viscous friction at the speed of the move is as uncertain as Coulomb friction, at least
-    viscous = covariance[i, i] * F * F * p.mass / (p.limit * max(p.way, _SHORTEST))
+    viscous = 0.0
+    if covariance[i, i] > _UNKNOWN:
+        # At the speed of the move it is as uncertain as Coulomb friction, at least
+        viscous = covariance[i, i] * F * F * p.mass / (p.limit * max(p.way, _SHORTEST))
     for lag in range(LAGS):
         # A lagging effort first has to exceed friction, which takes its impulse until then
         p.late[lag] = lag * LAG_STEP * (-math.log(1.0 - share) - share) / share
