@@ -304,9 +304,10 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
         p.quiet = 0
         if e > 2.0 * p.bend and _can_end(p, e, v):
             return _next_of_last(p, v, speed)
-        if e < 0.0:  # what friction certainly does
-            F = max(F - _CERTAIN * math.sqrt(p.covariance[p.best, 1, 1]), 0.0)
-        u = -_GENTLY * m * v / p.period + math.copysign(F, speed) + c * speed
+        # Beyond the target, what friction certainly does
+        unsure = _CERTAIN * math.sqrt(p.covariance[p.best, 1, 1]) if e < 0.0 else 0.0
+        holding = max(F - unsure, 0.0)
+        u = -_GENTLY * m * v / p.period + math.copysign(holding, speed) + c * speed
         if u * speed > 0.0:  # friction alone stops it as soon
             return 0.0
         return min(max(u, -p.most), p.most)
