@@ -104,7 +104,7 @@ def test_the_default_controller_settles(name: str, ratio: float, T: float) -> No
 
 
 def test_a_resonance_is_not_excited() -> None:
-    """Of 100 axes about 97 settle; before vibrations were looked for, 6 left their travel."""
+    """Of 100 axes 95 settle; before vibrations were looked for, 6 left their travel."""
     drawn = axes(12, 5, method="precise", sampling_time=0.01, ratio=30.0)
     outcomes = [move_axis(axis, CASES["resonance of the drive, 30 Hz"]) for axis in drawn]
     assert not any(outcome.raised or outcome.left for outcome in outcomes)

@@ -10,6 +10,8 @@ each sample, and the effort opposes it and the speed.
 import math
 from typing import Any
 
+import numpy as np
+
 from stickslip.compiled import compiled
 from stickslip.control.precise.learning import (
     BRAKING,
@@ -19,7 +21,12 @@ from stickslip.control.precise.learning import (
     delay_of,
     lag_of,
     sent,
+    variance_of,
 )
+from stickslip.numerics.kalman import measure, predict
+
+_TRANSITION = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])  # of x, v T, d T^2/m
+_WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 
 _SAMPLES = 3  # the shortest braking
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
@@ -35,7 +42,6 @@ _CHANGES = 0.1  # of the limit: standard deviation of the change of a push in a 
 _SHAKEN = 0.01  # times that where a vibration moves the axis too
 _LIKELY = 3.0  # standard deviations of a push
 _LONGEST = 0.3  # of a push [s]
-_FINEST = 1e-12  # standard deviation of a position, at least
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
 
@@ -99,34 +105,23 @@ def _change(p: Any, m: float) -> float:
 
 @compiled()
 def _predict(p: Any, m: float, u: float) -> None:
-    """Take x, v T and d T^2/m, and their covariance P, over a sample under an effort u.
+    """Take x, v T and d T^2/m, and their covariance, over a sample under an effort u.
 
     The force d of the push walks at random: x' = x + v T + (d + u) T^2/(2 m), v' = v + (d + u) T/m.
     """
-    a, P = p.motion, p.spread
-    w = u * p.period * p.period / m
+    a, w = p.motion, u * p.period * p.period / m
     a[0] += a[1] + 0.5 * (a[2] + w)
     a[1] += a[2] + w
-    for j in range(3):  # P <- A P A', by rows and then by columns
-        P[0, j] += P[1, j] + 0.5 * P[2, j]
-        P[1, j] += P[2, j]
-    for i in range(3):
-        P[i, 0] += P[i, 1] + 0.5 * P[i, 2]
-        P[i, 1] += P[i, 2]
-    P[2, 2] += _change(p, m) ** 2
+    predict(_TRANSITION, _WALK, p.spread, np.empty((3, 3)), 3, _change(p, m) ** 2)
 
 
 @compiled()
 def _correct(p: Any, x: float) -> None:
     """Correct them by a position: one step of a Kalman filter."""
-    a, P = p.motion, p.spread
-    S = P[0, 0] + max(p.noise * p.noise, _FINEST * _FINEST)
-    off, row = x - a[0], P[0].copy()
+    gain, off = np.empty(3), x - p.motion[0]
+    measure(0, variance_of(p), p.spread, gain, 3)
     for i in range(3):
-        gain = P[i, 0] / S
-        a[i] += gain * off
-        for j in range(3):
-            P[i, j] -= gain * row[j]
+        p.motion[i] += gain[i] * off
 
 
 @compiled()

@@ -118,6 +118,7 @@ _MOST = 2.0  # factor between a mass and its first guess, during a move
 _STRONGEST = 0.95  # of the effort limit: friction, during a move
 _LEAST = 0.02  # of a prior value: no parameter is less
 _UNKNOWN = 0.5  # variance of the logarithm of friction that is not known
+_FINEST = 1e-12  # standard deviation of a position, at least
 _SHORTEST = 1e-12  # way, at least
 _SUREST = 0.01  # relative standard deviation of what a move teaches, at least
 
@@ -192,6 +193,12 @@ def lagging(f: float, u: float, lag: float, h: float) -> tuple[float, float, flo
     left = math.exp(-z)
     mean = (1.0 - left) / z
     return u + (f - u) * left, u + (f - u) * mean, 0.5 * u + (f - u) * (1.0 - mean) / z
+
+
+@compiled()
+def variance_of(p: Any) -> float:
+    """Return the variance of a sampled position."""
+    return max(p.noise * p.noise, _FINEST * _FINEST)
 
 
 @compiled()

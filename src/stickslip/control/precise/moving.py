@@ -37,6 +37,7 @@ from stickslip.control.precise.learning import (
     learn,
     model,
     sent,
+    variance_of,
 )
 
 _PLANNED = 0.85  # of the limit: braking, so that the feedback can brake more
@@ -51,7 +52,6 @@ SHAKES = 3  # changes of the sign of such innovations: the axis vibrates
 _SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts for all of them
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
-_FINEST = 1e-12  # standard deviation of a position, at least
 _LONGER = 3.0  # times the shortest time that a move may last
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
@@ -156,7 +156,7 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     p.x, p.v = x_0, v_0
     p.p_xx, p.p_xv, p.p_vv = p_xx + 0.25 * q * T**4, p_xv + 0.5 * q * T**3, p_vv + q * T**2
     if measured:
-        off, R = x - x_0, max(p.noise * p.noise, _FINEST * _FINEST)
+        off, R = x - x_0, variance_of(p)
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:
             if off * p.off < 0.0 and abs(off) > _SHAKE * p.way:
