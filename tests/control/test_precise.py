@@ -204,8 +204,10 @@ def test_friction_need_not_be_guessed(target: float) -> None:
 FINE = 2e-5  # step of the plant below [s]
 
 
-def pushed_run(controller: PreciseController, force: float, begin: float = 1.0) -> list[float]:
-    """Return the positions of an axis that is pushed for 50 ms, in explicit steps of 20 us."""
+def pushed_run(
+    controller: PreciseController, force: float, *, begin: float = 1.0, lasts: float = 0.05
+) -> tuple[list[float], Any]:
+    """Return the positions of an axis that is pushed, in explicit steps of 20 us, and the state."""
     x = v = 0.0
     state, positions = controller.init(), [0.0]
     steps = round(controller.sampling_time / FINE)
@@ -215,14 +217,14 @@ def pushed_run(controller: PreciseController, force: float, begin: float = 1.0) 
         assert abs(effort) <= controller.pulses.effort_limit
         for i in range(steps):
             time = (k * steps + i) * FINE
-            f = effort + (force if begin <= time < begin + 0.05 else 0.0)
+            f = effort + (force if begin <= time < begin + lasts else 0.0)
             slips = abs(v) > 1e-6 or abs(f) > 130.0
             friction = 100.0 * np.sign(v if abs(v) > 1e-6 else f) + 700.0 * v
             after = v + FINE * (f - friction) / MASS if slips else 0.0
             v = 0.0 if after * v < 0.0 else after
             x += FINE * v
         positions.append(x)
-    return positions
+    return positions, state
 
 
 def test_a_push_is_held_and_the_axis_returns_to_its_target() -> None:
@@ -231,10 +233,19 @@ def test_a_push_is_held_and_the_axis_returns_to_its_target() -> None:
     Held with the limit from the first sample on, it goes 1.4 mm: 7.3 m/s^2 for 10 ms, then -2.7.
     """
     strong = replace(PRECISE, pulses=replace(PULSES, effort_limit=1500.0))
-    positions = pushed_run(strong, 1200.0)
+    positions, _ = pushed_run(strong, 1200.0)
     assert max(positions) < 0.012
     assert positions[99] == pytest.approx(0.01, abs=2e-5)
     assert positions[-1] == pytest.approx(0.01, abs=2e-5)
+
+
+def test_a_load_above_friction_is_held_and_explained() -> None:
+    """At rest at the target from 1 s on, the axis would fall 0.8 m by the end."""
+    positions, state = pushed_run(PRECISE, 160.0, lasts=2.0)
+    assert max(positions) < 0.02
+    assert positions[-1] == pytest.approx(positions[-50], abs=2e-5)
+    assert PRECISE.outcome(state) is PositioningOutcome.STOPPED
+    assert "load" in str(PRECISE.why(state))
 
 
 def test_a_push_is_estimated_by_a_kalman_filter() -> None:
@@ -256,6 +267,7 @@ def test_a_push_is_estimated_by_a_kalman_filter() -> None:
         if position != 1e-5:
             p.past[0] = position
             effort = braking.hold(p, MASS, 1e-9, True)
+            at.sent(p, effort)
     scale = np.array([1.0, T, T * T / MASS])
     np.testing.assert_allclose(p.motion, scale * mean, rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(p.spread, np.outer(scale, scale) * P, rtol=1e-7, atol=1e-20)
@@ -274,6 +286,34 @@ def test_the_speed_of_braking_counts_the_last_commands() -> None:
     braking.remember(p, x)
     p.way = 1.0
     assert braking.speed_now(p, MASS, 0.0) == pytest.approx(v)
+
+
+@pytest.mark.parametrize("target", [0.01, -0.01])
+def test_the_last_efforts_are_kept_whatever_the_axis_does(target: float) -> None:
+    """In moves, pulses, rests, brakings and blind samples alike, and with their own sign."""
+    controller = replace(PRECISE, pulses=replace(PULSES, target=target))
+    generator = np.random.default_rng(7)
+    state, efforts, what = controller.init(), [0.0] * at.HISTORY, set()
+    x = v = 0.0
+    for k in range(300):
+        p = at.own_fields(state)
+        if k == 150:
+            braking.start_braking(p)
+            v = 0.05
+        what.add(int(p.moving))
+        if generator.random() < 0.05:
+            state, effort = controller.blind(state, k * T)
+        else:
+            sample = SensorSample(k * T, x + 1e-6 * generator.standard_normal(), nan, nan, nan)
+            state, effort = controller.step(state, sample)
+        efforts.insert(0, effort)
+        np.testing.assert_array_equal(at.own_fields(state).commands, efforts[: at.HISTORY])
+        for _ in range(100):
+            friction = 100.0 * np.sign(v) if v else np.clip(effort, -100.0, 100.0)
+            after = v + T / 100 * (effort - friction - 700.0 * v) / MASS
+            v = 0.0 if after * v < 0.0 else after
+            x += T / 100 * v
+    assert {0, at.MOVE, at.BRAKING} <= what
 
 
 @pytest.mark.parametrize(("predicted", "share"), [(2e-4, 0.5**0.7), (0.0, 1.0)])

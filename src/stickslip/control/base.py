@@ -15,6 +15,12 @@ from stickslip.records import (
 
 S = TypeVar("S")
 
+LOADED = (
+    "the axis accelerates without effort: a load is above friction, and the axis is held; balance "
+    "the load"
+)
+"""Why an axis is stopped that a load moves."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Phase:

@@ -65,9 +65,14 @@ STATE = np.dtype(
         ("free_x", "f8"),  # position at the first of them
         ("half", "i8"),  # samples from there to the middle of those that are compared
         ("half_x", "f8"),  # position in the middle
-        ("anchored", "i8"),  # 1 once braking has stopped the axis
-        ("anchor", "f8"),  # where
-        ("hold", "f8"),  # effort that takes the load there
+        ("turns", "i8"),  # changes of the sign of the effort that brakes
+        ("brake", "f8"),  # last one
+        ("anchored", "i8"),  # 1 while it leads the axis to rest
+        ("anchor", "f8"),  # planned position
+        ("pace", "f8"),  # planned velocity
+        ("slowing", "f8"),  # planned deceleration
+        ("braked_v", "f8"),  # velocity in the sample before
+        ("hold", "f8"),  # effort that takes the load at rest
         ("quiet", "i8"),  # samples at rest while braking
         ("quiet_x", "f8"),  # position at the first of them
         ("kept", "i8"),  # 1 if the axis moved after it was let go, and is held
@@ -79,6 +84,7 @@ STATE = np.dtype(
 fields = fields_at(STATE)
 SIZE = places(STATE)
 
+TIME_CONSTANT = 4.0  # of braking, in samples
 EARLIEST, _LATEST = 0.25, 20.0  # samples: a shorter or longer step of time is wrong
 _FAST, _OUTSIDE = 3, 2  # samples above the speed limit, beyond the travel
 _UNSEEN = 1.5  # times the braking, where mass 2 is not seen: mass 1 is faster than both on average
@@ -91,6 +97,10 @@ _BLOCKED_SAMPLES, _BLOCKED_TIME = 100, 0.5
 _NEARLY = 0.98  # of the effort limit
 _QUIET = 20  # samples at rest after which the brake is released
 _SLOW = 2.0  # samples of braking: an axis so slow has stopped
+_STOP = 8.0  # samples: braking takes so long where travel and effort allow it
+_PLANNED = 0.9  # of the effort limit: the strongest braking
+_LEARNS = 0.1  # of what is wrong of the load is corrected in a sample
+_TURNS, _SLOWER, _SLOWEST = 6, 0.5, 8.0  # changes of sign, after which each makes it slower
 _MOVES = 1e-3  # of the travel: an axis that was let go is moved by something
 _WIDE = 4.0  # resolutions: errors of two positions, and of the speed from them
 _ALIKE = 8  # samples: a slow sensor may repeat some
@@ -277,34 +287,76 @@ def admit(
 
 
 @compiled()
-def _brake(g: Any) -> float:
-    """Return the effort that stops the axis, holds it where it has stopped, and then lets go.
+def _begin_braking(g: Any) -> None:
+    """Begin a plan of braking at the state of the axis.
 
-    A spring of K_p = gain/(16 T) about the anchor damps a mass of gain 4 T critically; an integral
-    of K_p/(16 T) takes the load. An axis that moves once it was let go is held for good.
+    It takes the speed away evenly, soon enough to stop within the travel, as far as the effort
+    limit allows.
     """
     x, v, T = g.x, g.v, g.period
+    g.anchored, g.anchor, g.pace, g.hold, g.quiet, g.quiet_x = 1, x, v, 0.0, 0, x
+    room = max((g.high - x if v > 0.0 else x - g.low) - abs(v) * T, 0.5 * abs(v) * T)
+    needed = 0.5 * v * v / room if v != 0.0 else 0.0
+    most = _PLANNED * g.effort_limit / (TIME_CONSTANT * g.gain * T)
+    g.slowing = min(max(needed, min(abs(v) / (_STOP * T), g.braking)), most)
+
+
+@compiled()
+def _plan(g: Any, change: float) -> None:
+    """Go on by a sample in the plan, in which the velocity has changed so much.
+
+    What the effort does not explain of the change is the load. An axis that is slower than planned,
+    by friction, is not driven on; one that stops outside its travel is brought back.
+    """
+    x, v, T = g.x, g.v, g.period
+    load = TIME_CONSTANT * g.gain * change - g.effort
+    g.hold -= _LEARNS * (load + g.hold) if g.quiet == 0 else 0.0
+    g.hold = min(max(g.hold, -g.effort_limit), g.effort_limit)
+    sign, left = np.copysign(1.0, g.pace), max(abs(g.pace) - g.slowing * T, 0.0)
+    g.anchor += 0.5 * sign * (abs(g.pace) + left) * T
+    if left > 0.0 and sign * v < left:
+        left = max(sign * v, 0.0)
+        g.anchor = sign * min(sign * g.anchor, sign * x)
+    g.pace = sign * left
+    if left == 0.0:
+        g.anchor = min(max(g.anchor, g.low), g.high)
+
+
+@compiled()
+def _brake(g: Any) -> float:
+    """Return the effort that leads the axis to rest by a plan, holds it there, and then lets go.
+
+    A spring of K_p = gain/(16 T) about the plan damps a mass of gain 4 T critically. An axis that
+    moves once it was let go is held for good. With many changes of the sign of the effort all of it
+    becomes slower: behind a long delay an axis would swing for ever.
+    """
+    x, v = g.x, g.v
     if g.released == 1:
         if abs(x - g.anchor) <= _WIDE * g.resolution + _MOVES * (g.high - g.low):
             return 0.0
         g.released, g.anchored, g.kept = 0, 0, 1
-    slow = abs(v) <= _SLOW * g.braking * T + g.velocity_resolution + g.resolution / T
-    if g.anchored == 0 and slow:
-        g.anchored, g.anchor, g.quiet, g.quiet_x = 1, x, 0, x
-        g.hold = -g.gain * v  # what has stopped it may be what holds it
-    u = -g.gain * v
+        g.fault = LOAD if g.gravity == 1 else g.fault
     if g.anchored == 0:
-        return u
+        _begin_braking(g)
+    else:
+        _plan(g, v - g.braked_v)
+    g.braked_v = v
+    slow = abs(v) <= _SLOW * g.braking * g.period + g.velocity_resolution + g.resolution / g.period
     g.quiet = g.quiet + 1 if slow and abs(x - g.quiet_x) <= g.resolution else 0
     if g.quiet == 0:
         g.quiet_x = x
     if g.quiet >= _QUIET and g.kept == 0:
         g.released, g.anchor = 1, x
         return 0.0
-    K_p = g.gain / (16.0 * T)
-    if abs(g.hold) < g.effort_limit and g.quiet == 0:
-        g.hold -= K_p / 16.0 * (x - g.anchor)
-    return u - K_p * (x - g.anchor) + g.hold
+    slower = min(1.0 + _SLOWER * max(g.turns - _TURNS, 0), _SLOWEST)
+    gain = g.gain / slower
+    u = -gain * (v - g.pace) + g.hold
+    u -= gain / (4.0 * TIME_CONSTANT * slower * g.period) * (x - g.anchor)
+    if g.pace != 0.0:
+        u -= np.copysign(TIME_CONSTANT * g.gain * g.period * g.slowing, g.pace)
+    g.turns += 1 if u * g.brake < 0.0 else 0
+    g.brake = u
+    return u
 
 
 @compiled()

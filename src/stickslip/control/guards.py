@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import guard_kernels as at
-from stickslip.control.base import Phase, PositionController
+from stickslip.control.base import LOADED, Phase, PositionController
 from stickslip.records import (
     InputError,
     LearnedPulses,
@@ -45,10 +45,7 @@ _WHY = {
     at.BLOCKED: (
         "the axis does not move under the effort limit: it is blocked, or a sensor is frozen"
     ),
-    at.LOAD: (
-        "the axis accelerates without effort: a load is above friction, and the axis is held; "
-        "balance the load"
-    ),
+    at.LOAD: LOADED,
     at.FAILED: "the controller failed, and its error is in the log of the program",
 }
 
@@ -60,7 +57,6 @@ _FASTER = 1.5  # speed limit over the largest speed of a move
 _STRONGER = 1.5  # largest acceleration, over twice the effort limit by the mass
 _CERTAIN = 6.0  # standard deviations of a position
 _TIMES = 2.0  # time limit over the duration of a move
-_BRAKING = 4.0  # time constant of braking, in samples: stable with a delay of five samples
 _RARELY = 1e-9  # probability of a window of equal positions of a sensor with noise
 _LEAST_SAME = 5  # samples
 _STALL = 0.25  # of the longest move that a blocked axis would have made
@@ -93,7 +89,8 @@ class Limits:
         Largest acceleration that any force can cause. A position that it does not explain is
         rejected.
     braking_gain
-        Effort of braking over speed [N s/m or N m s/rad], within the effort limit.
+        Effort of braking over speed [N s/m or N m s/rad], within the effort limit: the mass that it
+        acts on over four samples.
     braking
         Deceleration that braking certainly reaches [m/s^2 or rad/s^2].
     time
@@ -222,7 +219,7 @@ class Limits:
             travel=(low - _MARGIN * longest, high + _MARGIN * longest),
             speed=_FASTER * fastest * (1.0 if load_mass == 0.0 else sqrt(1.0 + load_mass / mass)),
             acceleration=_STRONGER * 2.0 * effort_limit / mass,
-            braking_gain=mass / (_BRAKING * sampling_time),
+            braking_gain=mass / (at.TIME_CONSTANT * sampling_time),
             braking=0.5 * effort_limit / (mass + load_mass),
             time=None if duration is None else _TIMES * duration,
             resolution=_CERTAIN * noise + encoder_step,
@@ -261,8 +258,9 @@ class GuardedController(PositionController[GuardedState]):
     is one without a channel that the controller needs, with a time that does not advance, or with a
     position that no force explains. The axis is braked when a limit is exceeded, too many samples
     are lost, a sensor is frozen, the axis is blocked, or it accelerates without effort. The outcome
-    is then ``STOPPED``, with the reason in `why`. After a rest the effort is 0, unless a load moves
-    the axis: then it is held. A new target (`retargeted`) begins anew.
+    is then ``STOPPED``, with the reason in `why`. Braking stops the axis within its travel, as far
+    as the effort limit and a reaction of two samples and the delay allow. After a rest the effort
+    is 0, unless a load moves the axis: then it is held. A new target (`retargeted`) begins anew.
 
     `step` accepts numbers of any type, raises no error and compiles nothing after `warm_up`.
 

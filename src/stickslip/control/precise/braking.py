@@ -18,9 +18,9 @@ from stickslip.control.precise.learning import (
     HISTORY,
     HOLDING,
     PAST,
+    SHAKES,
     delay_of,
     lag_of,
-    sent,
     variance_of,
 )
 from stickslip.numerics.kalman import measure, predict
@@ -33,13 +33,16 @@ _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
 _PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is under a load
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
+_RELEASES = 2  # times an axis is let go until what moves it again is a load
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
 _VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
 _STRONGEST = 1.2  # of the effort limit: a push
 _GAIN = 0.8  # of the speed is taken away in a sample of a push
+_STRONG = 0.5  # of the limit: standard deviation of a load
+_FAILED = 0.7  # of the speed is left by a braking that something opposes
 _CHANGES = 0.1  # of the limit: standard deviation of the change of a push in a sample
-_SHAKEN = 0.01  # times that where a vibration moves the axis too
+_SHAKEN = 0.01  # times that where a vibration moves the axis too, and of a load
 _LIKELY = 3.0  # standard deviations of a push
 _LONGEST = 0.3  # of a push [s]
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
@@ -86,8 +89,8 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     faster = faster and abs(new + old) > _VISIBLE * p.noise
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= _STRONGEST * p.limit * p.period * p.period
-    may = p.past_count >= PAST and p.brakings < _PUSHES and p.holds < _HOLDS
-    return (faster or jumps) and may and _runs(p, m, F, new / p.period)
+    may = p.held > 0 or (p.brakings < _PUSHES and p.holds < _HOLDS)
+    return (faster or jumps) and may and p.past_count >= PAST and _runs(p, m, F, new / p.period)
 
 
 @compiled()
@@ -99,7 +102,7 @@ def start_braking(p: Any) -> None:
 @compiled()
 def _change(p: Any, m: float) -> float:
     """Return the standard deviation of the change of d T^2/m in a sample."""
-    share = _CHANGES * (_SHAKEN if p.shaken else 1.0)
+    share = _CHANGES * (_SHAKEN if p.shaken or p.loaded else 1.0)
     return share * p.limit * p.period * p.period / m
 
 
@@ -125,23 +128,41 @@ def _correct(p: Any, x: float) -> None:
 
 
 @compiled()
-def start_holding(p: Any, m: float) -> None:
-    """Act against a push from this sample on; the axis was at rest two samples ago."""
+def _start_holding(p: Any, x: float) -> None:
     p.moving, p.brake = HOLDING, 0.0
+    p.held += 1
+    p.loaded = 1 if p.held > _RELEASES else 0
     p.motion[:], p.spread[:, :] = 0.0, 0.0
-    p.motion[0] = p.past[2]
-    p.spread[0, 0], p.spread[2, 2] = p.noise * p.noise, _change(p, m) ** 2
-    _predict(p, m, 0.0)
-    _correct(p, p.past[1])
-    p.commands[:] = 0.0
+    p.motion[0], p.spread[0, 0] = x, p.noise * p.noise
     p.brake_left, p.quiet, p.turns = math.ceil(_LONGEST / p.period), 0, 0
     p.brakings += 1
     p.holds += 1
 
 
 @compiled()
+def start_holding(p: Any, m: float) -> None:
+    """Act against a push from this sample on; the axis was at rest two samples ago."""
+    _start_holding(p, p.past[2])
+    p.spread[2, 2] = _change(p, m) ** 2
+    _predict(p, m, 0.0)
+    _correct(p, p.past[1])
+
+
+@compiled()
+def start_holding_moving(p: Any, m: float) -> None:
+    """Act likewise against what drives an axis that moves."""
+    _start_holding(p, p.past[1])
+    strong = _STRONG * p.limit * p.period * p.period / m
+    p.motion[1] = p.past[1] - p.past[2]
+    p.spread[1, 1] = p.spread[2, 2] = strong * strong
+
+
+@compiled()
 def hold(p: Any, m: float, F: float, measured: bool) -> float:
-    """Return the effort until the next sample against a push; it ends with `moving` 0."""
+    """Return the effort until the next sample against a push; it ends with `moving` 0.
+
+    One that moves the axis whenever it is let go is a load, and is held for good.
+    """
     T, delay = p.period, delay_of(p.best) + lag_of(p.best)
     whole = int(delay)
     part = delay - whole
@@ -157,11 +178,14 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
         v += (push + p.commands[k]) * (1.0 if k < whole else part) * T / m
     u = -_GAIN * m * v / T - push
     p.turns += 1 if u * p.brake < 0.0 and abs(u) > F else 0
-    if p.brake_left <= 0 or p.quiet >= PAST or p.turns > _TURNS:
-        p.moving = 0
+    gone = p.quiet >= PAST and p.held == 1
+    swings = p.turns > _TURNS
+    if swings:
+        p.held = 0
+    if swings or (p.loaded == 0 and (p.brake_left <= 0 or gone)):
+        p.moving = p.loaded = 0
         return 0.0
     p.brake = min(max(u, -p.limit), p.limit)
-    sent(p, p.brake)
     return p.brake
 
 
@@ -178,19 +202,12 @@ def speed_now(p: Any, m: float, F: float) -> float:
     impulse = 0.0
     for j in range(min(delay + PAST - 1, HISTORY)):
         impulse += p.commands[j] * T * (1.0 if j < delay else (5.0 - 2.0 * (j - delay)) / 6.0)
-    return v + (-impulse if p.backward else impulse) / m
+    return v + impulse / m
 
 
 @compiled()
 def brake(p: Any, m: float, F: float) -> float:
     """Return the effort until the next sample; the braking ends with `moving` 0."""
-    u = _braking(p, m, F)
-    sent(p, -u if p.backward else u)
-    return u
-
-
-@compiled()
-def _braking(p: Any, m: float, F: float) -> float:
     if p.brake_left > 0:
         p.brake_left -= 1
         return p.brake
@@ -201,6 +218,12 @@ def _braking(p: Any, m: float, F: float) -> float:
     if p.brakings >= _MOST or not _runs(p, m, F, v):
         p.moving = 0
         return 0.0
+    steady = p.shaken == 0 and p.shakes < SHAKES and p.holds == 0
+    if steady and p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed:
+        p.held = max(p.held, 1)
+        start_holding_moving(p, m)
+        return hold(p, m, F, True)
+    p.braked_speed = abs(v)
     n = max(math.ceil(m * abs(v) / (_SHARE * p.limit * p.period)), _SAMPLES)
     u = max(m * abs(v) / (n * p.period) - F, 0.0)
     p.brakings += 1

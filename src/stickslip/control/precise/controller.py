@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.base import PositionController
+from stickslip.control.base import LOADED, PositionController
 from stickslip.control.checks import check_class, check_fields
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
@@ -20,9 +20,19 @@ from stickslip.control.precise.braking import (
     remember,
     start_braking,
     start_holding,
+    start_holding_moving,
 )
-from stickslip.control.precise.learning import BRAKING, HOLDING, MOVE, SIZE, own_fields, teach
-from stickslip.control.precise.moving import SHAKES, WILD, go_on, shortest, start_move
+from stickslip.control.precise.learning import (
+    BRAKING,
+    HOLDING,
+    MOVE,
+    SHAKES,
+    SIZE,
+    own_fields,
+    sent,
+    teach,
+)
+from stickslip.control.precise.moving import WILD, go_on, shortest, start_move
 from stickslip.control.pulses import exact_kernels
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.pulses.exact_kernels import (
@@ -163,15 +173,9 @@ def _pause(p: Any, s: Any) -> None:
 
 
 @compiled()
-def _step(
-    state: Float[np.ndarray, " s"], sample: SensorSample
-) -> tuple[Float[np.ndarray, " s"], float]:
-    if state.size < SIZE or own_fields(state).method != METHOD:
-        raise ValueError("not a state of a PreciseController: begin with the one of its init()")
-    vector = state.copy()
+def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
+    """Go on by a sample; return the effort until the next one."""
     inner = vector[SIZE:]
-    if not readable(inner, EXACT, sample):
-        return vector, np.nan
     p, s, own = own_fields(vector), head(inner), exact_kernels.own_fields(inner)
     x = sample.measured_position
     if p.begun == 0:
@@ -183,13 +187,15 @@ def _step(
     if p.moving == 0 and s.pending == 0 and pushed(p, m, F, s.phase == RESTING):
         if s.phase == RESTING:
             start_holding(p, m)
+        elif p.held:
+            start_holding_moving(p, m)
         else:
             start_braking(p)
         p.seen = p.wild = p.moves = p.pauses = 0
         p.last_error = math.inf
     if p.moving == 0:
         if watch(inner, sample):
-            p.brakings = 0
+            p.brakings = p.held = 0
             p.holds = 0 if s.outcome == REACHED else p.holds
             if s.fresh:
                 exact_kernels.learn(s, own)
@@ -200,10 +206,10 @@ def _step(
                     exact_kernels.plan(s, own)
                     if s.phase != PULSING and own.reason != HELD_FAST and p.pauses < _PAUSES:
                         _pause(p, s)
-                    return vector, emit(s)
+                    return emit(s)
                 start_move(p, s.rest, s.target, own.values, own.covariance)
         if p.moving == 0:
-            return vector, emit(s)
+            return emit(s)
     u = 0.0
     if p.moving == MOVE:
         u = go_on(p, x, True)
@@ -213,28 +219,50 @@ def _step(
         u = hold(p, m, F, True)
     if p.moving == 0:
         _ended(p, s, own)
+    return u
+
+
+@compiled()
+def _step(
+    state: Float[np.ndarray, " s"], sample: SensorSample
+) -> tuple[Float[np.ndarray, " s"], float]:
+    if state.size < SIZE or own_fields(state).method != METHOD:
+        raise ValueError("not a state of a PreciseController: begin with the one of its init()")
+    vector = state.copy()
+    if not readable(vector[SIZE:], EXACT, sample):
+        return vector, np.nan
+    u = _next(vector, sample)
+    sent(own_fields(vector), u)
     return vector, u
 
 
 @compiled()
-def _blind(state: Float[np.ndarray, " s"]) -> tuple[Float[np.ndarray, " s"], float]:
-    vector = state.copy()
+def _next_blind(vector: Float[np.ndarray, " s"]) -> float:
+    """Go on by a sample without a measurement; return the effort until the next one."""
     inner = vector[SIZE:]
     p = own_fields(vector)
     if p.moving == 0:
         after, u = blind_step(inner)
         inner[:] = after
-        return vector, u
+        return u
     if p.moving == HOLDING:
         own = exact_kernels.own_fields(inner)
-        return vector, hold(p, math.exp(own.values[0]), _sure_friction(own), False)
+        return hold(p, math.exp(own.values[0]), _sure_friction(own), False)
     if p.moving == BRAKING:
         left = p.brake_left > 0
         p.brake_left -= left
-        return vector, p.brake if left else 0.0
+        return p.brake if left else 0.0
     u = go_on(p, 0.0, False)
     if p.moving == 0:
         _ended(p, head(inner), exact_kernels.own_fields(inner))
+    return u
+
+
+@compiled()
+def _blind(state: Float[np.ndarray, " s"]) -> tuple[Float[np.ndarray, " s"], float]:
+    vector = state.copy()
+    u = _next_blind(vector)
+    sent(own_fields(vector), u)
     return vector, u
 
 
@@ -246,9 +274,11 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     effort first and a planned braking. Mass, friction and delay are learned during the move
     (`stickslip.control.precise.learning`), and the feedback plans each sample with them. The pulses
     of an `ExactPulseController` begin with what it has learned, and correct what is left. An axis
-    that is pushed from its rest is held, and moves to the target again. One that vibrates during
-    a move is braked, and moves on with three times the effort of friction. Where pulses have not
-    helped, it waits for what may swing on the axis, 0.3 s and then 0.6 s, and tries again.
+    that is pushed from its rest is held, and moves to the target again. One that moves whenever it
+    is let go is under a load above friction: it is held for good, with the outcome ``STOPPED``. One
+    that vibrates during a move is braked, and moves on with three times the effort of friction.
+    Where pulses have not helped, it waits for what may swing on the axis, 0.3 s and then 0.6 s, and
+    tries again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
 
@@ -381,13 +411,17 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
 
     def outcome(self, state: Float[np.ndarray, " s"]) -> PositioningOutcome:
         """Return how far positioning has come."""
-        if own_fields(state).moving:
-            return PositioningOutcome.MOVING
+        p = own_fields(state)
+        if p.moving:
+            return PositioningOutcome.STOPPED if p.loaded else PositioningOutcome.MOVING
         return self.pulses.outcome(state[SIZE:])
 
     def why(self, state: Float[np.ndarray, " s"]) -> str | None:
         """Return why the controller has stopped short of the target; None if it has not."""
-        return None if own_fields(state).moving else self.pulses.why(state[SIZE:])
+        p = own_fields(state)
+        if p.moving:
+            return LOADED if p.loaded else None
+        return self.pulses.why(state[SIZE:])
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
         """Return mass and friction of either direction, offsets included [SI]."""

@@ -34,6 +34,7 @@ HISTORY = 12  # commands kept, more than the longest delay
 ROWS = 4  # m, F, c, g
 TAUGHT = 3
 PAST = 4  # positions kept
+SHAKES = 3  # changes of the sign of wild innovations: the axis vibrates
 
 MOVE, BRAKING, HOLDING = 1, 2, 3  # a move; braking after one that no plan explains; a push
 
@@ -86,11 +87,14 @@ OWN_DTYPE = np.dtype(
         ("turns", "i8"),  # of the effort against a push
         ("motion", "f8", (3,)),  # x, v T and d T^2/m of an axis that a force d pushes
         ("spread", "f8", (3, 3)),  # their covariance
+        ("held", "i8"),  # how often a push was held since the axis was at rest
+        ("loaded", "i8"),  # 1 while a push that does not end is held
         ("brake", "f8"),  # effort of the present one
+        ("braked_speed", "f8"),  # speed at its begin
         ("brake_left", "i8"),  # samples of it, or most samples of a push
         ("brake_wait", "i8"),  # samples until it is seen what it has done
         ("area", "f8"),  # X
-        ("commands", "f8", (HISTORY,)),  # the latest is the first
+        ("commands", "f8", (HISTORY,)),  # the last ones of all, as sent; the latest is the first
         ("open", "i8"),  # 1 as long as it moves one way, and its samples teach
         ("best", "i8"),  # the model that is believed
         ("mass", "f8"),  # by which a row's noise is that of a sample
@@ -210,11 +214,21 @@ def sent(p: Any, u: float) -> None:
 
 
 @compiled(inline=True)
+def direction(p: Any) -> float:
+    """Return the sign of the direction of the move."""
+    return -1.0 if p.backward else 1.0
+
+
+@compiled(inline=True)
 def acting(p: Any, h: int) -> tuple[float, float, float]:
-    """Return two commands that arrived in the last sample, and the share of the first in it."""
+    """Return two commands that arrived in the last sample, and the share of the first in it.
+
+    They are in the direction of the move.
+    """
     delay = delay_of(h)
     whole = int(delay)
-    return p.commands[whole + 1], p.commands[whole], delay - whole
+    sign = direction(p)
+    return sign * p.commands[whole + 1], sign * p.commands[whole], delay - whole
 
 
 @compiled()

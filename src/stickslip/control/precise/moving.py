@@ -27,16 +27,17 @@ from stickslip.control.precise.learning import (
     LONGEST_DELAY,
     MOVE,
     PER_SAMPLE,
+    SHAKES,
     TAUGHT,
     acting,
     begin,
     choose,
     delay_of,
+    direction,
     lag_of,
     lagging,
     learn,
     model,
-    sent,
     variance_of,
 )
 
@@ -48,7 +49,6 @@ _ROUGH_EFFORT = 0.003  # of the limit, likewise: steps of the effort
 _ROUGH_SWITCH = 0.03  # of a change of the effort, likewise: its delay
 _OUTLYING = 9.0  # squared standard deviations of an innovation
 _SEEN = 5.0  # standard deviations of a position: an axis that has moved
-SHAKES = 3  # changes of the sign of such innovations: the axis vibrates
 _SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts for all of them
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
@@ -188,12 +188,12 @@ def _ahead(p: Any) -> tuple[float, float, float]:
     m, F, _ = law
     T, delay = p.period, delay_of(p.best)
     lag, f = lag_of(p.best) * T, p.effort[p.best]
-    whole = int(delay)
+    whole, sign = int(delay), direction(p)
     x, v = p.x, p.v
     for k in range(whole, -1, -1):
         step = (delay - whole) * T if k == whole else T
         if step > 0.0:
-            f, mean, double = lagging(f, p.commands[k], lag, step)
+            f, mean, double = lagging(f, sign * p.commands[k], lag, step)
             x, v = _free(x, v, mean, double, law, step)
     if lag > 0.0 and (v > 0.0 or f > F):
         return x + lag * v, v + lag * (f - F) / m, v
@@ -320,7 +320,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
 @compiled()
 def go_on(p: Any, position: float, measured: bool) -> float:
     """Take a sample of a move in; return the effort until the next one."""
-    sign = -1.0 if p.backward else 1.0
+    sign = direction(p)
     if p.samples > 0:
         x = sign * (position - p.start)
         _track(p, x, measured, p.effort[p.best])
@@ -343,5 +343,4 @@ def go_on(p: Any, position: float, measured: bool) -> float:
             learn(p, p.x, False)
     u = _decide(p)
     p.samples += 1
-    sent(p, u)
     return sign * u
