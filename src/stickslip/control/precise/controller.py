@@ -127,6 +127,7 @@ def _calm(p: Any, own: Any) -> None:
     F = max(law_of(own, 0)[1], law_of(own, 1)[1])
     most = max(_GENTLER * p.most, _GENTLEST * F) if p.shaken else _GENTLE * F
     p.most, p.shaken = min(p.most, most), 1
+    own.vibrates = 1
 
 
 @compiled()

@@ -82,6 +82,7 @@ OWN_DTYPE = np.dtype(
         ("share", "f8", (2,)),  # achieved over predicted displacement, where the law fails
         ("lag", "f8"),  # of the effort behind the command
         ("taught", "i8"),  # 1 if something else than pulses has taught it
+        ("vibrates", "i8"),  # 1 if what swings on the axis may hold it, or free it
         ("by_moves", "f8", (PARAMETERS,)),  # values after the last move that the law explains
         ("allowed", "f8"),  # most samples of the next pulse
         ("values", "f8", (PARAMETERS,)),
@@ -114,6 +115,7 @@ _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the varianc
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
 _STRONGER = 1.5  # times an effort that did not free the mass: the next
+_AGAIN = 1.05  # likewise on an axis that vibrates: rather the same again
 _STRONG = 0.7  # of the effort limit: longer pulses follow, not stronger ones
 _WIDEST = 4.0  # samples, at which the fewest samples of a pulse end
 _LATER = 16  # most samples by which a lag makes a pulse longer
@@ -415,6 +417,8 @@ def learn(s: Any, own: Any) -> None:
         if own.moved_at[side] <= _GROWN * strength:  # it has grown since
             own.moved_at[side] = own.limit
         growth = _STRONGER if s.idle <= _PATIENT else _BOLDER
+        if own.vibrates and s.idle <= 2 * _PATIENT:
+            growth = _AGAIN
         next_try = min(0.5 * (strength + own.moved_at[side]), strength * growth)
         own.breakaway[side] = max(own.breakaway[side], next_try)
         return
