@@ -176,3 +176,33 @@ def test_windows_are_wide_where_noise_of_positions_is_all_there_is() -> None:
     # Windows of 25 samples have a bias of the mass of -0.0022 kg; RMSE of viscous friction 0.006
     assert abs(float(np.mean(errors, axis=0)[0])) < 0.0008
     assert float(np.sqrt(np.mean(np.square(errors), axis=0))[1]) < 0.0045
+
+
+@pytest.mark.parametrize("bits", [12, 13])
+def test_a_register_that_begins_again_many_times_is_continued(bits: int) -> None:
+    """Counts of 1e-4 rad: 134 or 67 wraps of equal size, to either side."""
+    size = 1e-4 * 2**bits
+    position = 20.0 * TRUE / 3.5
+    found = repaired(log_of(np.mod(position, size)))
+    difference = found.measured_position - position
+    np.testing.assert_allclose(difference, difference[0], atol=1e-5)
+    assert "position jumps in" in found.notes[0]
+
+
+def test_many_steps_of_different_sizes_are_motion() -> None:
+    sizes = np.random.default_rng(2).uniform(0.5, 1.0, 30)
+    steps = np.sum(sizes * (TIME[:, None] > 0.05 * np.arange(1, 31)), axis=1)
+    log = replace(log_of(steps), kind="linear")
+    np.testing.assert_array_equal(repaired(log).measured_position, log.measured_position)
+
+
+@pytest.mark.parametrize("gap", [1e-6, 1e-9])
+def test_a_time_stamp_next_to_another_is_left_out(gap: float) -> None:
+    late = TIME.copy()
+    late[700] = late[701] - gap
+    found = repaired(replace(log_of(TRUE), time=late))
+    assert "1 time stamp less than" in found.notes[0]
+    inside = np.abs(found.time - TIME[700]) > 2.5 * T
+    np.testing.assert_allclose(
+        found.measured_position[inside], 3.5 * np.sin(2.0 * found.time[inside]), atol=2e-5
+    )

@@ -106,3 +106,78 @@ def test_a_stated_column_that_is_absent_is_named_before_the_time():
         axis_log(made, assigned, "", None, default_name="log")
     assert caught.value.code == "no_such_column"
     assert caught.value.quantities["name"] == "missing"
+
+
+ROWS = np.arange(2000)
+
+
+def sparse(values, every, first=0):
+    """Return a column with an empty cell but in every n-th row."""
+    return np.where(ROWS % every == first, values, np.nan)
+
+
+@pytest.mark.parametrize("first", [0, 3])
+def test_a_channel_with_empty_cells_is_slower(first):
+    log = read(table({"": {"t": FAST, "angle": np.cos(FAST),
+                           "torque": sparse(np.sin(FAST), 8, first)}}))  # fmt: skip
+    np.testing.assert_array_equal(log.time, FAST[first::8])
+    np.testing.assert_array_equal(log.effort, np.sin(FAST[first::8]))
+    np.testing.assert_array_equal(log.measured_position, np.cos(FAST[first::8]))
+    assert any("resampled" in each for each in log.source.assumptions)
+
+
+def test_one_channel_a_row():
+    log = read(table({"": {"t": FAST, "angle": sparse(np.cos(FAST), 2, 0),
+                           "torque": sparse(held(FAST), 2, 1)}}))  # fmt: skip
+    assert 998 <= log.samples <= 1000
+    assert log.sampling_time == pytest.approx(0.002)
+    inside = slice(2, -2)
+    np.testing.assert_allclose(log.measured_position[inside], np.cos(log.time[inside]), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [
+        np.where(ROWS % 100 == 0, np.nan, 1.0),  # few
+        np.where((ROWS > 500) & (ROWS < 900), np.nan, 1.0),  # many in a row
+        np.where(ROWS % 400 == 0, 1.0, np.nan),  # hardly any value
+    ],
+)
+def test_values_that_are_missing_are_no_slower_channel(torque):
+    with pytest.raises(InputError) as refused:
+        read(table({"": {"t": FAST, "angle": np.cos(FAST), "torque": torque * np.sin(FAST)}}))
+    assert refused.value.code == "column_not_finite"
+
+
+def test_an_expression_of_two_rates_is_sampled_where_both_are():
+    made = table(
+        {"": {"t": FAST, "angle": np.cos(FAST), "a": sparse(FAST, 2), "b": sparse(FAST, 3)}}
+    )
+    assigned = assign(made, LogSchema(kind="rotary", effort="a + b"))
+    log = axis_log(made, one_axis(assigned, None, label="log").checked(), "", None, default_name="")
+    np.testing.assert_array_equal(log.effort, 2 * FAST[::6])
+
+
+@pytest.mark.parametrize("bits", [16, 32])
+def test_a_counter_that_begins_again_is_continued(bits):
+    counts = np.mod(1000.0 * ROWS + 2**bits - 30000.0, 2**bits)
+    log = read(table({"": {"t": counts, "angle": np.cos(FAST), "torque": np.sin(FAST)}},
+                     units={"t": "us"}))  # fmt: skip
+    np.testing.assert_allclose(log.time - log.time[0], FAST, atol=1e-9)
+    assert any(f"a counter of {bits} bits" in each for each in log.source.assumptions)
+
+
+def test_a_step_back_that_is_no_wrap_is_refused():
+    counts = np.where(ROWS < 1000, 1000.0 * ROWS, 1000.0 * (ROWS - 1000))
+    with pytest.raises(InputError) as refused:
+        read(table({"": {"t": counts, "angle": np.cos(FAST), "torque": np.sin(FAST)}},
+                   units={"t": "us"}))  # fmt: skip
+    assert refused.value.code == "time_not_increasing"
+
+
+@pytest.mark.parametrize("start", [5e6, 1.2e9, 2.4e9, 2.6e9])
+def test_a_counter_of_microseconds_is_no_calendar(start):
+    """Between 1e9 and 2.5e9 it is of the size of seconds since 1970, but not its step."""
+    log = read(table({"": {"t": start + 1000.0 * ROWS, "angle": np.cos(FAST),
+                           "torque": np.sin(FAST)}}))  # fmt: skip
+    assert log.sampling_time == pytest.approx(0.001)

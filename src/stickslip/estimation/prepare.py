@@ -46,7 +46,12 @@ class PreparationTuning:
     """Step of the position over its neighbours, and over all but the largest 1 % of the steps, that
     is no motion [-]."""
     most_jumps: int = 20
-    """Steps of the position beyond which they are how the position is recorded."""
+    """Steps of the position beyond which they are how the position is recorded, if they differ."""
+    equal_jumps: float = 0.02
+    """Largest deviation from their median by which steps are equal [-]: a counter begins again."""
+    closest: float = 0.005
+    """Step of time over its median [-] below which a time stamp is wrong: no motion is seen in it,
+    and speeds over it are noise."""
     most_glitches: float = 0.05
     """Share of the samples [-] beyond which they are not glitches but the signal."""
     fewest_levels: int = 20
@@ -152,12 +157,13 @@ def repaired(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> RepairedLog:
     """
     if isinstance(log, RepairedLog):
         return log
+    log, close = _without_close_stamps(log, tuning)
     marks, clipped = _clipped(log, tuning, "taken as they are")
     found = _mended(log, tuning)
     even, changes = resampled(found.log)
     samples = {each.name: getattr(even, each.name) for each in fields(AxisLog)}
     return RepairedLog(
-        **samples, notes=(*clipped, *found.notes, *changes), clipped=bool(np.any(marks))
+        **samples, notes=(*close, *clipped, *found.notes, *changes), clipped=bool(np.any(marks))
     )
 
 
@@ -169,7 +175,9 @@ def prepare(
     The logged effort is ``"held"`` from its time stamp to the next, ``"sampled"`` at its time
     stamp, or the ``"mean"`` since the time stamp before.
     """
+    log, close = _without_close_stamps(log, tuning)
     clipped, notes = _clipped(log, tuning, "excluded")
+    notes += close
     mended = _mended(log, tuning)
     log, marks = mended.log, mended.marks
     notes += mended.notes
@@ -235,6 +243,25 @@ def _mended(log: AxisLog, tuning: PreparationTuning) -> _Mended:
 
 
 _POSITIONS = ("measured_position", "measured_load_position")
+_FEW_JUMPS = 3
+
+
+def _without_close_stamps(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, list[str]]:
+    """Return the log without samples whose time stamp is next to that of the one before."""
+    close = np.diff(log.time) < tuning.closest * log.sampling_time
+    if not close.any():
+        return log, []
+    kept = np.append(True, ~close)
+    changed = {
+        each.name: values[kept]
+        for each in fields(AxisLog)
+        if isinstance(values := getattr(log, each.name), np.ndarray)
+    }
+    note = (
+        f"{count_of(int(close.sum()), 'time stamp')} less than {100 * tuning.closest:g} % of a "
+        "sampling time after the one before; excluded"
+    )
+    return replace(log, **changed), [note]
 
 
 def _held_before(log: AxisLog) -> tuple[AxisLog, Bool[np.ndarray, " n"]]:
@@ -330,14 +357,23 @@ def _without_jumps(
     )
     least = float(np.min(size[size > 0.0], initial=np.inf))  # a single step of an encoder is none
     usual = max(float(np.quantile(size, 0.99)), least)
-    jumps = np.flatnonzero(size > tuning.jump_ratio * np.maximum(around, usual))
-    if jumps.size == 0 or jumps.size > tuning.most_jumps:
+    jumps = np.flatnonzero(size > tuning.wrap_share * float(np.ptp(x)))  # a register begins again
+    if jumps.size <= _FEW_JUMPS:
+        jumps = np.flatnonzero(size > tuning.jump_ratio * np.maximum(around, usual))
+    if jumps.size == 0:
         return log, marks, []
     taken = np.zeros(x.size)
     for k in jumps.tolist():
         beside = [steps[j] for j in (k - 1, k + 1) if 0 <= j < steps.size and j not in jumps]
         taken[k + 1] = steps[k] - (float(np.mean(beside)) if beside else 0.0)
         marks[k : k + 2] = True
+    typical = float(np.median(np.abs(taken[jumps + 1])))
+    apart = np.max(np.abs(np.abs(taken[jumps + 1]) - typical))
+    equal = jumps.size > _FEW_JUMPS and apart <= tuning.equal_jumps * typical
+    if equal:
+        taken = typical * np.sign(taken)
+    elif jumps.size > tuning.most_jumps:
+        return log, np.zeros_like(marks), []
     unit = log.unit("position")
     sizes = ", ".join(f"{taken[k + 1]:.3g} {unit} at {log.time[k + 1]:.4g} s" for k in jumps[:3])
     note = f"position jumps in {count_of(jumps.size, 'place')} ({sizes}); continued behind it"

@@ -6,13 +6,22 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from stickslip.input_files import nearest
 from stickslip.logs.unit_spelling import header_unit
 from stickslip.records import InputError
 
 Column = Float[np.ndarray, " n"]
+
+_SPARSE = 0.1
+"""Share of empty cells from which they are those of a slower channel."""
+
+_FEWEST_ROWS = 20
+"""Least samples of such a channel."""
+
+_UNEVEN = 10.0
+"""Largest over the median number of rows from one of its samples to the next."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,6 +186,23 @@ def combined(tables: Mapping[str, Table], label: str) -> Table:
         ),
         origins={f"{s}:{name}": text for s, t in parts for name, text in t.origins.items()},
     )
+
+
+def sampled_rows(column: Column) -> Bool[np.ndarray, " n"] | None:
+    """Return the rows in which a channel that is slower than its table was sampled.
+
+    In the others its cells are empty. None if it has none, or if what it has are rather values that
+    are missing: few, or many in a row.
+    """
+    if not np.issubdtype(column.dtype, np.floating):
+        return None
+    empty = np.isnan(column)
+    rows = np.flatnonzero(~empty)
+    if np.count_nonzero(empty) < _SPARSE * column.size or rows.size < _FEWEST_ROWS:
+        return None
+    between = np.diff(rows)
+    ends = max(rows[0], column.size - 1 - rows[-1], between.max())
+    return ~empty if ends <= _UNEVEN * np.median(between) else None
 
 
 def check_lengths(columns: Mapping[str, Column], label: str) -> None:

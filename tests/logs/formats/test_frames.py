@@ -60,6 +60,14 @@ def test_bad_columns_of_frames(library, columns):
         log_from_frame(FRAMES[library]({**columns, "effort": ["a"] * 60}), LINEAR)
 
 
+@pytest.mark.parametrize("library", FRAMES)
+def test_empty_cells_of_a_slower_channel(library, columns):
+    every = [value if k % 2 else None for k, value in enumerate(columns["effort"].tolist())]
+    log = log_from_frame(FRAMES[library]({**columns, "effort": every}), LINEAR)
+    np.testing.assert_array_equal(log.effort, columns["effort"][1::2])
+    np.testing.assert_array_equal(log.time, columns["time"][1::2])
+
+
 def test_a_frame_without_columns():
     with refuses("frame_without_columns"):
         log_from_frame(pd.DataFrame())

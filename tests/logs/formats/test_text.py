@@ -141,3 +141,14 @@ def test_a_candump_is_named(read):
     frames = [f"(1436509052.{k:06d}) vcan0 0{k % 8}4#2A366C{k:02X}" for k in range(60)]
     with refuses("other_format", format="a candump"):
         read("\n".join(frames))
+
+
+def test_empty_cells_of_a_slower_channel(read):
+    """Nothing of a cell is lost, and the place of the first empty one is named where it is."""
+    rows = [f"{k},{k * k},{k if k % 2 else ''}" for k in range(60)]
+    log = read("t,x,F\n" + "\n".join(rows) + "\n")
+    np.testing.assert_array_equal(log.time, np.arange(1.0, 60.0, 2.0))
+    np.testing.assert_array_equal(log.measured_position, log.time**2)
+    np.testing.assert_array_equal(log.effort, log.time)
+    with refuses("cell_empty", where="log.csv, row 12", name="F"):
+        read("t,x,F\n" + "\n".join(f"{k},{k * k},{'' if k == 10 else k}" for k in range(60)))

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records import InputError
+from stickslip.records import InputError, count_of
 
 _EPOCHS = (
     (1.0, "s since 1970", 1e9, 2.5e9),
@@ -19,6 +19,15 @@ _FASTEST, _SLOWEST = 5e-5, 0.1
 """Sampling times [s] that logs of motion axes come in: 20 kHz drives to 10 Hz buses. A step is
 taken in the one unit that puts it there."""
 
+_SLOW_CALENDAR = 10.0
+"""Largest step of calendar stamps [s]: a counter of microseconds may be of their size."""
+
+_BITS = (16, 32)
+"""Sizes of counters that begin again at 0."""
+
+_NEAR_END = 100.0
+"""Steps from its end at which a counter can begin again: samples may be lost there."""
+
 _SECONDS = 1.0
 """Steps up to this are seconds: nothing logs an axis every 1 us [s]."""
 
@@ -27,6 +36,29 @@ _AMBIGUOUS = 100
 
 _ROUNDED = 1e-6
 """Relative error of a step: differences of large stamps are not exact."""
+
+
+def continued(stamps: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"], list[str]]:
+    """Return the stamps of a counter that begins again at 0 as if it did not, and a note on it.
+
+    Others are returned as they are: a step back is an error that the log names.
+    """
+    steps = np.diff(stamps)
+    back = np.flatnonzero(steps < 0.0)
+    if not back.size or not np.isfinite(stamps).all() or np.any(stamps != np.floor(stamps)):
+        return stamps, []
+    near = _NEAR_END * float(np.median(steps))
+    for bits in _BITS:
+        size = 2.0**bits
+        over = steps[back] + size
+        inside = stamps.min() >= 0.0 and stamps.max() < size
+        if inside and over.min() > 0.0 and over.max() <= near:
+            wraps = np.concatenate(([0.0], np.cumsum(steps < 0.0)))
+            return stamps + size * wraps, [
+                f"time: a counter of {bits} bits begins again at 0 in "
+                f"{count_of(back.size, 'place')}; continued"
+            ]
+    return stamps, []
 
 
 def unit_of_stamps(
@@ -41,10 +73,10 @@ def unit_of_stamps(
     plain = "no unit is given, so it is taken in s"
     if stamps.size < 2 or not np.isfinite(stamps).all():
         return 1.0, plain
-    for factor, name, low, high in _EPOCHS:
-        if low <= float(stamps[0]) <= high:
-            return factor, f"no unit is given; its size is that of {name}"
     step = float(np.median(np.abs(np.diff(stamps))))
+    for factor, name, low, high in _EPOCHS:
+        if low <= float(stamps[0]) <= high and step * factor <= _SLOW_CALENDAR:
+            return factor, f"no unit is given; its size is that of {name}"
     if _SLOWEST * (1.0 + _ROUNDED) < step <= _SECONDS and stamps.size >= _AMBIGUOUS:
         raise InputError(
             "time_unit_unknown", where=label, column=column, step=step, units=["s", "ms"]

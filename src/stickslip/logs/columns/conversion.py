@@ -9,12 +9,12 @@ import numpy as np
 
 from stickslip.logs.columns.assignment import Assignment
 from stickslip.logs.columns.channels import Bound, axis_kind, bind
-from stickslip.logs.columns.clock import unit_of_stamps
+from stickslip.logs.columns.clock import continued, unit_of_stamps
 from stickslip.logs.columns.discovery import discover
 from stickslip.logs.columns.rates import Sampled, together
 from stickslip.logs.expressions import Expression, Value
 from stickslip.logs.schema import AxisSchema, Side
-from stickslip.logs.table import Column, RateGroup, Table, check_lengths
+from stickslip.logs.table import Column, RateGroup, Table, check_lengths, sampled_rows
 from stickslip.logs.units import effort_unit, quantity_of, scale_to_si
 from stickslip.records import AxisKind, AxisLog, EffortUnit, InputError, LogSource, unit_of
 
@@ -185,16 +185,22 @@ def _sampled(
         return Sampled(time=time, channels=channels), notes, False
     first = bound["time"]
     column = first.expression.names[0] if first.expression.is_column else None
+    values["time"], wraps = continued(values["time"])
     clock = _Clock.of(table, values["time"], first.unit, column)
     note = f"{first.note}; {clock.reason}" if first.note else f"time: {clock.reason}"
     notes = [note if clock.reason else first.note, *notes] if clock.reason or first.note else notes
+    notes += wraps
     if clock.origin:
         notes.append(f"time counts from {clock.origin:.12g} s of the stamps")
     in_seconds = first.unit is None and clock.factor == 1.0
     stamps = _scaled("time", first, clock.seconds(values["time"]), 1.0, kind)
     if all(groups[channel] == groups["time"] for channel in channels):
         _check_same_length(table, bound)
-        return Sampled(time=stamps, channels=channels), notes, in_seconds
+        parts = _rows_of(stamps, channels)
+        if len(parts) > 1:
+            sampled, resampled = together(parts, label=table.label)
+            return sampled, [*notes, *resampled], in_seconds
+        return next(iter(parts.values())), notes, in_seconds
     parts: dict[str, Sampled] = {}
     for group in dict.fromkeys(groups[channel] for channel in channels):
         time = stamps
@@ -207,6 +213,21 @@ def _sampled(
         parts[group.name or table.label] = Sampled(time=time, channels=members)
     sampled, resampled = together(parts, label=table.label)
     return sampled, [*notes, *resampled], in_seconds
+
+
+def _rows_of(stamps: Column, channels: Mapping[str, Column]) -> dict[str, Sampled]:
+    """Return channels that were sampled in the same rows together: others have empty cells."""
+    alike: dict[bytes, list[str]] = {}
+    for name, values in channels.items():
+        alike.setdefault(np.isfinite(values).tobytes(), []).append(name)
+    parts: dict[str, Sampled] = {}
+    for names in alike.values():
+        rows = np.isfinite(channels[names[0]])
+        members = {name: channels[name][rows] for name in names}
+        parts[f"the rows with {' and '.join(names).replace('_', ' ')}"] = Sampled(
+            time=stamps[rows], channels=members
+        )
+    return parts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,6 +286,7 @@ def _time_of(
         column = own[0]
     stamps = table.load([column])[column]
     _check_finite(table, column, stamps)
+    stamps, _ = continued(stamps)
     unit = table.units.get(column) or bound["time"].unit
     clock = replace(_Clock.of(table, stamps, unit, column), origin=first.origin)
     name = group.name or table.label
@@ -278,8 +300,10 @@ def _channels(
     """Return each channel in SI units, but for the time, and the assumptions about it."""
     names = [name for each in bound.values() for name in each.expression.names]
     columns = table.load([name for name in dict.fromkeys(names) if name in table.headers])
+    stamps = bound["time"].expression.names if "time" in bound else ()
     for name, column in columns.items():
-        _check_finite(table, name, column)
+        if name in stamps or sampled_rows(column) is None:
+            _check_finite(table, name, column)
     values: dict[str, Value] = {**table.constants, **columns}
     channels: dict[str, Column] = {}
     notes: list[str] = []
@@ -298,7 +322,11 @@ def _channels(
             note = f"{note}; {taken}" if note else f"{channel.replace('_', ' ')}: {taken}"
         if note:
             notes.append(note)
-        channels[channel] = _scaled(channel, each, result, factor, kind)
+        used = [columns[name] for name in each.expression.names if name in columns]
+        rows = np.isfinite(used).all(axis=0) if used else np.ones(result.shape, dtype=bool)
+        scaled = _scaled(channel, each, result[rows], factor, kind)
+        channels[channel] = np.full(result.shape, np.nan)
+        channels[channel][rows] = scaled
     return channels, notes
 
 

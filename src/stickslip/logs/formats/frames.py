@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.logs.table import Column, Table, name_columns
+from stickslip.logs.table import Column, Table, name_columns, sampled_rows
 from stickslip.records import InputError, MissingExtraError
 
 
@@ -59,6 +59,10 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
         )
     empty = np.flatnonzero(series.is_null().to_numpy())
     if empty.size:
+        column = np.array(series.cast(nw.Float64).to_numpy(), dtype=np.float64)
+        column[empty] = np.nan
+        if sampled_rows(column) is not None:
+            return column
         raise InputError(
             "column_with_gaps",
             where=place(name, int(empty[0])),

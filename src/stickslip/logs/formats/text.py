@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.logs.formats.twincat import is_twincat, read_twincat
-from stickslip.logs.table import Column, Table, name_columns
+from stickslip.logs.table import Column, Table, name_columns, sampled_rows
 from stickslip.logs.unit_spelling import is_unit
 from stickslip.records import InputError
 
@@ -400,6 +400,7 @@ def _careful(
 ) -> dict[str, Column]:
     """Return the wanted columns, read cell by cell; the first faulty cell is an error."""
     columns: dict[str, list[Any]] = {name: [] for name in positions}
+    empty: dict[str, InputError] = {}  # where the first empty cell of a column is
     width = len(layout.headers)
     for number, line in _rows(text, layout):
         cells, where = layout.dialect.cells(line), f"{text.path.name}, row {number}"
@@ -411,8 +412,16 @@ def _careful(
             if value is None:
                 wanted = "date" if dates else "number"
                 code = "cell_of_text" if cell else "cell_empty"
-                raise InputError(code, where=where, name=name, cell=cell, wanted=wanted)
+                error = InputError(code, where=where, name=name, cell=cell, wanted=wanted)
+                if cell or dates:
+                    raise error
+                empty.setdefault(name, error)
+                value = np.nan
             columns[name].append(value)
     if dates:
         return {name: _seconds(cells, name, text.path.name) for name, cells in columns.items()}
-    return {name: np.array(values) for name, values in columns.items()}
+    arrays = {name: np.array(values) for name, values in columns.items()}
+    for name, error in empty.items():
+        if sampled_rows(arrays[name]) is None:
+            raise error
+    return arrays
