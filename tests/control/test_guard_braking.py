@@ -31,6 +31,7 @@ def braked(
     load: float = 0.0,
     friction: float = 0.05,
     velocity: bool = True,
+    sign: float = 1.0,
 ) -> Braked:
     """Let 1 kg run towards the end of its travel under no effort but that of the guard."""
     limits = Limits.for_task(mass=1.0, effort_limit=limit, sampling_time=T, places=(0.0, 0.01))
@@ -45,7 +46,7 @@ def braked(
         state, effort = guard.step(state, sample)
         assert abs(effort) <= limit
         efforts.append(effort)
-        force = efforts[-1 - delay] + load
+        force = sign * efforts[-1 - delay] + load
         for _ in range(round(T / FINE)):
             opposes = friction * np.sign(v) if v else np.clip(force, -friction, friction)
             after = v + FINE * (force - opposes)
@@ -97,3 +98,52 @@ def test_an_axis_that_moves_when_it_is_let_go_is_under_a_load() -> None:
     run = braked(0.03, limit=20.0, load=2.0, friction=0.7)
     assert "load" in run.why
     assert "held" in run.why
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+def test_braking_with_the_wrong_sign_ends(velocity: bool) -> None:
+    """The effort makes the axis faster by 20 m/s^2, for ten samples and the reaction."""
+    run = braked(0.1, limit=20.0, velocity=velocity, sign=-1.0, friction=0.5)
+    assert "sign of the effort" in run.why
+    assert run.speed == 0.0
+    assert run.farthest < 0.5 * 20.0 * (14 * T) ** 2 + 0.1 * 14 * T + 3.0**2 / (2 * 0.5)
+
+
+def test_a_stop_is_forgotten_at_the_next_target() -> None:
+    """The momentum that was reckoned before does not make the axis blocked in the first sample."""
+    limits = Limits.for_task(mass=1.0, effort_limit=20.0, sampling_time=T, places=(0.0, 0.01))
+    guard = GuardedController(controller=Push(0.9 * 20.0), limits=limits)
+    state = guard.init()
+    for k in range(300):  # the axis stands still
+        state, _ = guard.step(state, SensorSample(k * T, 0.0, 0.0, np.nan, np.nan))
+    assert "does not move" in str(guard.why(state))
+    state = guard.retargeted(state, 0.0)
+    for k in range(300, 303):
+        state, effort = guard.step(state, SensorSample(k * T, 0.0, 0.0, np.nan, np.nan))
+        assert effort == 18.0
+    assert guard.why(state) is None
+
+
+def test_the_missing_channel_stays_named_when_it_returns() -> None:
+    limits = Limits.for_task(mass=1.0, effort_limit=20.0, sampling_time=T, places=(0.0, 0.01))
+    guard = GuardedController(controller=Push(0.0), limits=limits)
+    state = guard.init()
+    for k in range(40):
+        position = np.nan if 5 <= k < 30 else 0.0
+        state, _ = guard.step(state, SensorSample(k * T, position, 0.0, np.nan, np.nan))
+    assert guard.why(state) == "measured_position is missing"
+
+
+@pytest.mark.parametrize("late", [1, 3])
+def test_a_filtered_velocity_is_not_frozen(late: int) -> None:
+    """Full acceleration and full braking, with a velocity that is late by some samples."""
+    limits = Limits.for_task(mass=1.0, effort_limit=20.0, sampling_time=T, places=(0.0, 0.5))
+    guard = GuardedController(controller=Push(0.0), limits=limits)
+    state, x, speeds = guard.init(), 0.0, [0.0] * (late + 1)
+    for k in range(40):
+        v = speeds[-1 - late]
+        state, _ = guard.step(state, SensorSample(k * T, x, v, np.nan, np.nan))
+        after = speeds[-1] + (20.0 if k < 15 else -20.0 if k < 30 else 0.0) * T
+        x += 0.5 * (speeds[-1] + after) * T
+        speeds.append(after)
+    assert guard.why(state) is None

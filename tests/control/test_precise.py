@@ -11,7 +11,13 @@ from hypothesis import strategies as st
 from refusals import refuses
 from scipy.integrate import quad
 
-from stickslip import CoulombViscousFriction, ExactPulseController, SensorSample, SingleMass
+from stickslip import (
+    CoulombViscousFriction,
+    ExactPulseController,
+    SensorSample,
+    SingleMass,
+    StribeckFriction,
+)
 from stickslip.control import PreciseController, RestDetection
 from stickslip.control.precise import braking
 from stickslip.control.precise import learning as at
@@ -380,3 +386,32 @@ def test_noise_at_rest_is_no_push() -> None:
         x = noise * float(generator.normal())
         state, effort = controller.step(state, SensorSample(k * T, x, nan, nan, nan))
         assert effort == 0.0
+
+
+@pytest.mark.parametrize("stribeck_velocity", [0.03, 0.3])
+def test_friction_that_falls_with_speed_teaches_no_wrong_mass(stribeck_velocity: float) -> None:
+    """In 1 ms and without noise, on 60 mm: 90 to 400 samples of which many deviate from the law."""
+    law = StribeckFriction.symmetric(
+        coulomb_friction=100.0,
+        static_friction=130.0,
+        stribeck_velocity=stribeck_velocity,
+        viscous_friction=100.0,
+    )
+    guess = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=100.0)
+    pulses = replace(
+        PULSES,
+        sampling_time=1e-3,
+        target=0.06,
+        tolerance=6e-5,
+        effort_limit=1000.0,
+        mass=MASS,
+        friction=guess,
+        rest=RestDetection(samples=2, spread=0.0),
+        position_noise=0.0,
+    )
+    controller = PreciseController(pulses=pulses)
+    run = simulate_closed_loop(
+        SingleMass(mass=MASS, friction=law), controller, sampling_time=1e-3, samples=1000
+    )
+    assert controller.outcome(run.controller_state) is PositioningOutcome.REACHED
+    assert controller.estimates(run.controller_state)["mass"] == pytest.approx(MASS, rel=0.1)

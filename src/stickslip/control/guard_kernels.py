@@ -12,7 +12,7 @@ from stickslip.compiled import compiled
 from stickslip.numerics.named_fields import fields_at, places
 
 # Faults; 0 is none
-LOST, TRAVEL, SPEED, TIME, JUMP, FROZEN, BLOCKED, LOAD, FAILED = range(1, 10)
+LOST, TRAVEL, SPEED, TIME, JUMP, FROZEN, BLOCKED, LOAD, FAILED, SIGN = range(1, 11)
 HOLD, ZERO, BRAKE = range(3)  # reactions to a lost sample
 
 STATE = np.dtype(
@@ -72,6 +72,10 @@ STATE = np.dtype(
         ("pace", "f8"),  # planned velocity
         ("slowing", "f8"),  # planned deceleration
         ("braked_v", "f8"),  # velocity in the sample before
+        (
+            "against",
+            "i8",
+        ),  # samples in which the axis gets faster against nearly the largest effort
         ("hold", "f8"),  # effort that takes the load at rest
         ("quiet", "i8"),  # samples at rest while braking
         ("quiet_x", "f8"),  # position at the first of them
@@ -101,6 +105,9 @@ _STOP = 8.0  # samples: braking takes so long where travel and effort allow it
 _PLANNED = 0.9  # of the effort limit: the strongest braking
 _LEARNS = 0.1  # of what is wrong of the load is corrected in a sample
 _TURNS, _SLOWER, _SLOWEST = 6, 0.5, 8.0  # changes of sign, after which each makes it slower
+_NOISE, _CLEARLY = 0.2, 0.1  # of the effort limit: that of an error of the speed; one that brakes
+_AGAINST = 10  # samples, more than a delay: braking that makes an axis faster
+_FILTERED = 6.0  # times the way of the largest acceleration: a filtered velocity may be so late
 _MOVES = 1e-3  # of the travel: an axis that was let go is moved by something
 _WIDE = 4.0  # resolutions: errors of two positions, and of the speed from them
 _ALIKE = 8  # samples: a slow sensor may repeat some
@@ -240,8 +247,10 @@ def admit(
     gap = not np.isfinite(time)
     for k in range(4):
         value = x if k == 0 else v if k == 1 else x2 if k == 2 else v2
-        g.missing[k] = 1 if g.needed[k] == 1 and not np.isfinite(value) else 0
-        gap = gap or g.missing[k] == 1
+        absent = g.needed[k] == 1 and not np.isfinite(value)
+        if g.fault != LOST:
+            g.missing[k] = 1 if absent else 0
+        gap = gap or absent
     T = g.period
     dt = time - g.time if g.samples > 0 else T
     if gap or not EARLIEST * T < dt < _LATEST * T:
@@ -270,7 +279,7 @@ def admit(
             # A velocity that the position does not follow
             step = x - g.x - 0.5 * dt * (v + g.v)
             g.mismatch = _MEMORY * g.mismatch + step
-            wide = g.acceleration * late * late + _WIDE * g.resolution
+            wide = _FILTERED * g.acceleration * late * late + _WIDE * g.resolution
             if abs(g.mismatch) > wide + 10.0 * g.velocity_resolution * T and g.fault == 0:
                 g.fault = FROZEN
         g.same = g.same + 1 if x == g.x else 0
@@ -295,6 +304,7 @@ def _begin_braking(g: Any) -> None:
     """
     x, v, T = g.x, g.v, g.period
     g.anchored, g.anchor, g.pace, g.hold, g.quiet, g.quiet_x = 1, x, v, 0.0, 0, x
+    g.against = 0
     room = max((g.high - x if v > 0.0 else x - g.low) - abs(v) * T, 0.5 * abs(v) * T)
     needed = 0.5 * v * v / room if v != 0.0 else 0.0
     most = _PLANNED * g.effort_limit / (TIME_CONSTANT * g.gain * T)
@@ -328,7 +338,8 @@ def _brake(g: Any) -> float:
 
     A spring of K_p = gain/(16 T) about the plan damps a mass of gain 4 T critically. An axis that
     moves once it was let go is held for good. With many changes of the sign of the effort all of it
-    becomes slower: behind a long delay an axis would swing for ever.
+    becomes slower: behind a long delay an axis would swing for ever. So it is where the speed has
+    noise. Braking that makes the axis faster ends.
     """
     x, v = g.x, g.v
     if g.released == 1:
@@ -340,7 +351,7 @@ def _brake(g: Any) -> float:
         _begin_braking(g)
     else:
         _plan(g, v - g.braked_v)
-    g.braked_v = v
+    speed, g.braked_v = abs(g.braked_v), v
     slow = abs(v) <= _SLOW * g.braking * g.period + g.velocity_resolution + g.resolution / g.period
     g.quiet = g.quiet + 1 if slow and abs(x - g.quiet_x) <= g.resolution else 0
     if g.quiet == 0:
@@ -348,23 +359,39 @@ def _brake(g: Any) -> float:
     if g.quiet >= _QUIET and g.kept == 0:
         g.released, g.anchor = 1, x
         return 0.0
-    slower = min(1.0 + _SLOWER * max(g.turns - _TURNS, 0), _SLOWEST)
+    error = g.resolution / g.period if np.isnan(g.seen[0, 1]) else g.velocity_resolution
+    noisy = g.gain * error / (_NOISE * g.effort_limit)
+    slower = min(max(1.0 + _SLOWER * max(g.turns - _TURNS, 0), noisy), _SLOWEST)
     gain = g.gain / slower
     u = -gain * (v - g.pace) + g.hold
     u -= gain / (4.0 * TIME_CONSTANT * slower * g.period) * (x - g.anchor)
     if g.pace != 0.0:
         u -= np.copysign(TIME_CONSTANT * g.gain * g.period * g.slowing, g.pace)
-    g.turns += 1 if u * g.brake < 0.0 else 0
-    g.brake = u
+    if abs(u) > _CLEARLY * g.effort_limit:
+        g.turns += 1 if u * g.brake < 0.0 else 0
+        g.brake = u
+    if u * v < 0.0 and abs(u) >= _NEARLY * g.effort_limit and abs(v) > speed:
+        g.against += 1
+        if g.against > _AGAINST and g.fault != LOAD:
+            g.fault = SIGN
+            return 0.0
+    else:
+        g.against = max(g.against - 1, 0)
     return u
 
 
 @compiled()
 def _coast(g: Any) -> float:
-    """Return the effort that takes the reckoned momentum out of an axis that is not seen."""
+    """Return the effort that takes the reckoned momentum out of an axis that is not seen.
+
+    It leaves time, as the mass may be wrong, and samples that come may show so.
+    """
     T = g.period
     unsure = g.mass[0] * (2.0 * g.velocity_resolution + 2.0 * g.resolution / T)
-    return -g.momentum / T if abs(g.momentum) > unsure else 0.0
+    if abs(g.momentum) <= unsure:
+        return 0.0
+    little = abs(g.momentum) <= _CLEARLY * g.effort_limit * T
+    return -g.momentum / (T if little else TIME_CONSTANT * T)
 
 
 @compiled()
@@ -374,7 +401,7 @@ def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> fl
     if g.fault != 0:
         unseen = not readable or g.fault in (FROZEN, JUMP)
         unseen = unseen or (g.fault == BLOCKED and g.alike[0] > 0)
-        u = _coast(g) if unseen else _brake(g)
+        u = 0.0 if g.fault == SIGN else _coast(g) if unseen else _brake(g)
     elif np.isfinite(effort):
         u, g.unanswered = effort, 0
     else:
@@ -403,4 +430,5 @@ def renew(guard: Float[np.ndarray, " g"]) -> None:
     g = fields(guard)
     g.fault, g.started, g.lost, g.fast, g.pushing, g.free = 0, 0, 0, 0, 0, 0
     g.anchored, g.quiet, g.released, g.kept, g.above, g.below = 0, 0, 0, 0, 0, 0
-    g.same, g.mismatch, g.unanswered = 0, 0.0, 0
+    g.same, g.mismatch, g.unanswered, g.turns, g.against = 0, 0.0, 0, 0, 0
+    g.momentum, g.missed, g.alike[:] = 0.0, 0.0, 0

@@ -46,6 +46,10 @@ _WHY = {
         "the axis does not move under the effort limit: it is blocked, or a sensor is frozen"
     ),
     at.LOAD: LOADED,
+    at.SIGN: (
+        "braking makes the axis faster: the sign of the effort or of the position is wrong, or a "
+        "load is above the effort limit; the effort is 0"
+    ),
     at.FAILED: "the controller failed, and its error is in the log of the program",
 }
 

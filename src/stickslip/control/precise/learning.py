@@ -13,7 +13,9 @@ all samples so far,
     J = sum of [innovation^2/S + log S],
 
 whose least is that of the delay and lag to believe. Innovations count for three standard deviations
-at most, as no axis follows the law exactly.
+at most, as no axis follows the law exactly. Two deviations from the law are expected, and both are
+alike in many samples of a long move: one of a share of the way, and one of a share of the friction
+in an early part of the move, as by the Stribeck effect.
 """
 
 import math
@@ -60,6 +62,7 @@ OWN_DTYPE = np.dtype(
         ("shaken", "i8"),  # 1 once a vibration has disturbed a move
         ("pauses", "i8"),  # after pulses that did not help, to this target
         ("samples", "i8"),  # since it began
+        ("shortest", "f8"),  # samples that it takes at least
         ("longest", "i8"),  # samples after which it is ended
         ("start", "f8"),
         ("backward", "i8"),  # 1 if it goes in the negative direction
@@ -113,6 +116,9 @@ own_fields = fields_at(OWN_DTYPE)
 SIZE = places(OWN_DTYPE)
 
 _ROUGH = 5e-4  # of the way so far: no axis follows the law more closely
+_ALIKE = 20.0  # samples of a move whose deviations from the law are taken for independent
+_EARLY_FRICTION, _EARLY = 0.2, 0.05  # of friction, and of the samples of a move: unlike the law
+_NO_EARLY = 2.5  # such samples are neglected: a short move has too few to teach otherwise
 _CLEARLY = 3.0  # difference of evidence: models side by side hardly differ
 _CERTAIN = 6.0  # such a difference excludes a model
 _DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
@@ -249,8 +255,11 @@ def learn(p: Any, x: float, measured: bool) -> None:
     """Take the position x of a sample in, in the direction of the move, from its start on."""
     T = p.period
     p.area += 0.5 * T * (x + p.position)
-    rough = p.noise * p.noise + (_ROUGH * x) ** 2
-    R = p.mass * p.mass * max(rough, 1e-30)
+    alike = max(p.samples / _ALIKE, 1.0)
+    rough = p.noise * p.noise + alike * (_ROUGH * x) ** 2
+    even = p.mass * p.mass * max(rough, 1e-30)
+    friction = 0.5 * _EARLY_FRICTION * p.values[p.best, 1]
+    early = max(_EARLY * p.shortest - _NO_EARLY, 0.0) * T
     row, gain = np.empty(ROWS), np.empty(ROWS)
     for h in range(MODELS):
         _integrate(p, h)
@@ -258,6 +267,7 @@ def learn(p: Any, x: float, measured: bool) -> None:
             continue
         tau = max((p.samples - delay_of(h) - p.late[h // DELAYS]) * T, 0.0)
         row[0], row[1], row[2], row[3] = x, 0.5 * tau * tau, p.area, tau
+        R = even + (friction * tau * min(tau, early)) ** 2
         innovation, variance = p.twice[h], R
         if tau == 0.0:
             innovation = p.mass * x

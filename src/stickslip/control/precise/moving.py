@@ -83,8 +83,8 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     p.p_xx, p.p_xv, p.p_vv = p.noise * p.noise, 0.0, 0.0
     begin(p, values, covariance)
     m, F, _ = model(p)
-    fast = shortest(m, min(F, 0.9 * p.most), p.most, p.way)
-    p.longest = int(_LONGER * fast / p.period) + _SLACK
+    p.shortest = shortest(m, min(F, 0.9 * p.most), p.most, p.way) / p.period
+    p.longest = int(_LONGER * p.shortest) + _SLACK
 
 
 @compiled()
