@@ -227,8 +227,7 @@ def with_terms(
         term = next((term for term in offered if term.name == name), None)
         fits = None if term is None else best_shape(model, term, basis)
         if term is not None and fits is not None:
-            own = model.term_columns(term, fits[0])
-            if smallest_ratio(np.column_stack([model.columns(), own])) < tuning.smallest_ratio:
+            if _ratio(model, term, fits[0], tuning) < tuning.smallest_ratio:
                 continue
             model = refined(replace(model, chosen=(*model.chosen, (term, fits[0]))))
             if DELAY in model.names:
@@ -291,15 +290,16 @@ def _tried(
     p_value = significance(basis, partial, own)
     if term.name == DELAY and p_value < tuning.open_p_value:
         delayed = _settled(replace(model, chosen=(*model.chosen, (term, shape))), tuning)
-        trial = _tried_delay(model, delayed) if testable(delayed) else None
+        trial = _tried_delay(model, delayed, tuning) if testable(delayed) else None
         certain = trial is not None and trial.score.p_value < tuning.unsettled_p_value
         return trial if delayed.settled or certain else None
     more, folds = np.column_stack([columns, own]), model.rows.folds
     gains = errors - held_out_errors(more, basis.target, folds)
-    return _scored(term, shape, model, basis.share(partial), p_value, errors, gains)
+    ratio = _ratio(model, term, shape, tuning)
+    return _scored(term, shape, ratio, basis.share(partial), p_value, errors, gains)
 
 
-def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
+def _tried_delay(model: Model, delayed: Model, tuning: SearchTuning) -> _Trial | None:
     """Return the score of a delay, tested where it fits best.
 
     The coefficient of the effort's slope there is the change of the delay. None if the slope
@@ -319,23 +319,35 @@ def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
     errors = held_out_errors(before.columns(), before.target(), before.rows.folds)
     gains = errors - held_out_errors(delayed.columns(), delayed.target(), delayed.rows.folds)
     p_value = significance(basis, partial, own)
-    return _scored(term, shape, late, basis.share(partial), p_value, errors, gains)
+    ratio = _ratio(late, term, shape, tuning)
+    return _scored(term, shape, ratio, basis.share(partial), p_value, errors, gains)
+
+
+def _ratio(model: Model, term: Term, shape: Shape, tuning: SearchTuning) -> float:
+    """Return the smallest over the largest singular value of the columns with a term.
+
+    Of a motion in one direction, in which offset and Coulomb friction are one column, the offset is
+    left out: what the term adds is determined nevertheless.
+    """
+    if model.offset and smallest_ratio(model.columns()) < tuning.smallest_ratio:
+        model = replace(model, offset=False)
+    every = np.column_stack([model.columns(), model.term_columns(term, shape)])
+    if term.name == "two-thirds":  # it may take the place of viscous friction
+        every = np.delete(every, 0 if model.inertia is not None else 1, axis=1)
+    return smallest_ratio(every)
 
 
 def _scored(
     term: Term,
     shape: Shape,
-    model: Model,
+    ratio: float,
     share: float,
     p_value: float,
     errors: Float[np.ndarray, " folds"],
     gains: Float[np.ndarray, " folds"],
 ) -> _Trial:
-    """Return the score of a term beside the model, from the errors on rows left out of the fit."""
+    """Return the score of a term, from the errors on rows left out of the fit."""
     total = max(float(np.sum(errors)), np.finfo(float).tiny)
-    every = np.column_stack([model.columns(), model.term_columns(term, shape)])
-    if term.name == "two-thirds":  # it may take the place of viscous friction
-        every = np.delete(every, 0 if model.inertia is not None else 1, axis=1)
     score = TermScore(
         term=term.name,
         text=term.text,
@@ -346,7 +358,7 @@ def _scored(
         gain_std=float(np.std(gains, ddof=1)) * float(np.sqrt(gains.size)) / total,
         share=share,
     )
-    return _Trial(term=term, shape=shape, score=score, ratio=smallest_ratio(every))
+    return _Trial(term=term, shape=shape, score=score, ratio=ratio)
 
 
 def _simplest(accepted: Sequence[_Trial]) -> _Trial:
