@@ -100,6 +100,7 @@ def test_an_effort_may_be_a_current_or_a_percentage():
     for kind in ("linear", "rotary"):
         assert scale_to_si("effort", "mA", kind) == 1e-3
         assert scale_to_si("effort", "%", kind) == 1.0
+        assert scale_to_si("effort", "‰", kind) == 0.1
     assert kind_of_unit("effort", "mA") is None
     assert [effort_unit(each) for each in ("mA", "amps", "pct", "N", "mNm", "V")] == [
         "A", "A", "%", "", "", ""
@@ -157,6 +158,9 @@ def test_any_text_is_a_unit_or_refused(text):
         ("angle (measured, rad)", "angle", "rad"),
         ("torque (Nm, filtered)", "torque", "Nm"),
         ("ActTorque (% rated)", "ActTorque", "%"),
+        ("ActTorque [‰]", "ActTorque", "‰"),
+        ("torque in ‰", "torque", "‰"),
+        ("Torque/‰", "Torque", "‰"),
         ("time (seconds since start)", "time", "seconds"),
         ("angle [0.001 deg]", "angle", "0.001 deg"),
         ("/joint_states/elbow/position", "/joint_states/elbow/position", None),

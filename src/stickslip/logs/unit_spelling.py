@@ -107,11 +107,11 @@ _WORDED_TORQUE = re.compile(r"(?<!\w)newtons?[ _*-]met(?:er|re)s?(?!\w)", re.IGN
 _AS_FORCE = MappingProxyType(
     {"oz": "ozf", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "kg": "kgf", "g": "gf"}
 )
-_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) ?(?P<unit>[^\W\d]|[%°])")
+_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) ?(?P<unit>[^\W\d]|[%‰°])")
 _INVERSE = re.compile(r"[ .·*](s|min)(?:\^?-1|⁻¹)")
 _RMS = re.compile(r"(?<=A)[ _](?:rms|RMS|pk|eff)$")
-_WORD = re.compile(r"[^\W\d_]+|[%°]")
-_BUILT = re.compile(r"(?:[^\W\d_]|[%° .*·/()²⁻¹-]|\^-?[1-9]|(?<=\w)-[1-9])+")
+_WORD = re.compile(r"[^\W\d_]+|[%‰°]")
+_BUILT = re.compile(r"(?:[^\W\d_]|[%‰° .*·/()²⁻¹-]|\^-?[1-9]|(?<=\w)-[1-9])+")
 _BRACKETS = re.compile(r"\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\)")
 _DIN = re.compile(r"(?P<name>.*\S)(?: / | in |, ?|: )(?P<unit>[^,:()]+|\([^()]*\))")
 _RATE = r"(?:(?:_per_|_?/)(?:s|secs?|seconds?|min|minute)|_(?:s|secs?|seconds?))"
@@ -133,7 +133,7 @@ _SUFFIXES = frozenset(
 )
 _LONG = "|".join(
     [
-        r"newton_met(?:er|re)s?|[mck]?N_m|m?nm|ma|(?:lbf?|ozf?)_(?:in|ft)|(?:in|ft)_lbf?|%",
+        r"newton_met(?:er|re)s?|[mck]?N_m|m?nm|ma|(?:lbf?|ozf?)_(?:in|ft)|(?:in|ft)_lbf?|%|‰",
         *map(re.escape, sorted(_SUFFIXES, key=lambda word: (-len(word), word))),
     ]
 )
@@ -212,9 +212,11 @@ def texts_beside(title: str) -> list[str]:
 def number_in(unit: str) -> tuple[float, str]:
     """Split a unit into the number before it, 1 if there is none, and the rest.
 
-    >>> number_in("0.1 Nm"), number_in("1/min")
-    ((0.1, 'Nm'), (1.0, '1/min'))
+    >>> number_in("0.1 Nm"), number_in("1/min"), number_in("‰")
+    ((0.1, 'Nm'), (1.0, '1/min'), (0.1, '%'))
     """
+    if unit == "‰":
+        return 0.1, "%"
     match = _NUMBER.match(unit)
     return (float(match["number"]), unit[match.start("unit") :]) if match else (1.0, unit)
 
