@@ -72,10 +72,7 @@ STATE = np.dtype(
         ("pace", "f8"),  # planned velocity
         ("slowing", "f8"),  # planned deceleration
         ("braked_v", "f8"),  # velocity in the sample before
-        (
-            "against",
-            "i8",
-        ),  # samples in which the axis gets faster against nearly the largest effort
+        ("against", "i8"),  # samples in which braking makes the axis faster
         ("hold", "f8"),  # effort that takes the load at rest
         ("quiet", "i8"),  # samples at rest while braking
         ("quiet_x", "f8"),  # position at the first of them

@@ -152,3 +152,9 @@ def test_empty_cells_of_a_slower_channel(read):
     np.testing.assert_array_equal(log.effort, log.time)
     with refuses("cell_empty", where="log.csv, row 12", name="F"):
         read("t,x,F\n" + "\n".join(f"{k},{k * k},{'' if k == 10 else k}" for k in range(60)))
+
+
+def test_a_column_may_be_named_as_a_pattern(read):
+    schema = LogSchema(kind="linear", time="n0", position="n1", effort="n{axis}")
+    log = read("n0,n1,n{axis}\n" + ROWS, schema)
+    np.testing.assert_array_equal(log.effort, EFFORT)

@@ -74,9 +74,11 @@ def axes_by_preset(table: Table, preset: Preset) -> dict[str, AxisSchema]:
 def expanded(table: Table, schema: LogSchema) -> LogSchema:
     """Return a schema whose patterns are replaced by the columns that match them.
 
-    A schema with ``{axis}`` in a pattern gets an axis for each text that stands there.
+    A schema with ``{axis}`` in a pattern gets an axis for each text that stands there. The name of
+    a column is no pattern.
     """
     texts = [getattr(schema, channel) or "" for channel in CHANNELS]
+    texts = [text for text in texts if text not in table.headers]
     if not any(AXIS in text for text in texts):
         return schema
     axes = _expanded(table, schema, optional=False)
