@@ -329,12 +329,14 @@ def _ratio(model: Model, term: Term, shape: Shape, tuning: SearchTuning) -> floa
     Of a motion in one direction, in which offset and Coulomb friction are one column, the offset is
     left out: what the term adds is determined nevertheless.
     """
-    if model.offset and smallest_ratio(model.columns()) < tuning.smallest_ratio:
-        model = replace(model, offset=False)
     every = np.column_stack([model.columns(), model.term_columns(term, shape)])
     if term.name == "two-thirds":  # it may take the place of viscous friction
         every = np.delete(every, 0 if model.inertia is not None else 1, axis=1)
-    return smallest_ratio(every)
+    ratio = smallest_ratio(every)
+    determined = ratio >= tuning.smallest_ratio or not model.offset
+    if determined or smallest_ratio(model.columns()) >= tuning.smallest_ratio:
+        return ratio
+    return _ratio(replace(model, offset=False), term, shape, tuning)
 
 
 def _scored(
