@@ -181,3 +181,12 @@ def test_a_counter_of_microseconds_is_no_calendar(start):
     log = read(table({"": {"t": start + 1000.0 * ROWS, "angle": np.cos(FAST),
                            "torque": np.sin(FAST)}}))  # fmt: skip
     assert log.sampling_time == pytest.approx(0.001)
+
+
+def test_an_infinite_value_of_a_slower_channel_is_refused():
+    torque = sparse(np.sin(FAST), 8)
+    torque[800] = np.inf
+    with pytest.raises(InputError) as refused:
+        read(table({"": {"t": FAST, "angle": np.cos(FAST), "torque": torque}}))
+    assert refused.value.code == "column_not_finite"
+    assert "torque 800" in str(refused.value)

@@ -251,17 +251,11 @@ def _without_close_stamps(log: AxisLog, tuning: PreparationTuning) -> tuple[Axis
     close = np.diff(log.time) < tuning.closest * log.sampling_time
     if not close.any():
         return log, []
-    kept = np.append(True, ~close)
-    changed = {
-        each.name: values[kept]
-        for each in fields(AxisLog)
-        if isinstance(values := getattr(log, each.name), np.ndarray)
-    }
     note = (
         f"{count_of(int(close.sum()), 'time stamp')} less than {100 * tuning.closest:g} % of a "
         "sampling time after the one before; excluded"
     )
-    return replace(log, **changed), [note]
+    return log.selected(np.append(True, ~close)), [note]
 
 
 def _held_before(log: AxisLog) -> tuple[AxisLog, Bool[np.ndarray, " n"]]:

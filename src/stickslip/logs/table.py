@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from stickslip.input_files import nearest
 from stickslip.logs.unit_spelling import header_unit
@@ -188,21 +188,20 @@ def combined(tables: Mapping[str, Table], label: str) -> Table:
     )
 
 
-def sampled_rows(column: Column) -> Bool[np.ndarray, " n"] | None:
-    """Return the rows in which a channel that is slower than its table was sampled.
+def is_slower(column: Column) -> bool:
+    """Return whether the empty cells of a column are those of a channel slower than its table.
 
-    In the others its cells are empty. None if it has none, or if what it has are rather values that
-    are missing: few, or many in a row.
+    Otherwise they are values that are missing: few, or many in a row.
     """
-    if not np.issubdtype(column.dtype, np.floating):
-        return None
     empty = np.isnan(column)
+    if np.count_nonzero(empty) < _SPARSE * column.size:
+        return False
     rows = np.flatnonzero(~empty)
-    if np.count_nonzero(empty) < _SPARSE * column.size or rows.size < _FEWEST_ROWS:
-        return None
+    if rows.size < _FEWEST_ROWS:
+        return False
     between = np.diff(rows)
-    ends = max(rows[0], column.size - 1 - rows[-1], between.max())
-    return ~empty if ends <= _UNEVEN * np.median(between) else None
+    longest = max(rows[0], column.size - 1 - rows[-1], between.max())
+    return bool(longest <= _UNEVEN * np.median(between))
 
 
 def check_lengths(columns: Mapping[str, Column], label: str) -> None:

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from stickslip.errors import InputError, finite_vector, one_of
 from stickslip.records.quantities import AxisKind, EffortUnit, quantity_field, unit_of
@@ -198,10 +198,20 @@ class AxisLog(Record):
 
     def part(self, start: int, stop: int) -> "AxisLog":
         """Return samples ``start`` to ``stop`` (exclusive) as a log of its own."""
+        return self.selected(slice(start, stop))
+
+    def selected(self, samples: slice | Bool[np.ndarray, " n"]) -> "AxisLog":
+        """Return some of the samples as a log of its own.
+
+        Parameters
+        ----------
+        samples
+            A slice of them, or whether each is taken.
+        """
         columns = {name: getattr(self, name) for name in ("time", *_CHANNELS)}
         return replace(
             self,
-            **{k: None if values is None else values[start:stop] for k, values in columns.items()},
+            **{k: None if values is None else values[samples] for k, values in columns.items()},
         )
 
     def unit(self, quantity: str) -> str:

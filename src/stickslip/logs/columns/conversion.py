@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
+from jaxtyping import Bool
 
 from stickslip.logs.columns.assignment import Assignment
 from stickslip.logs.columns.channels import Bound, axis_kind, bind
@@ -14,7 +15,7 @@ from stickslip.logs.columns.discovery import discover
 from stickslip.logs.columns.rates import Sampled, together
 from stickslip.logs.expressions import Expression, Value
 from stickslip.logs.schema import AxisSchema, Side
-from stickslip.logs.table import Column, RateGroup, Table, check_lengths, sampled_rows
+from stickslip.logs.table import Column, RateGroup, Table, check_lengths, is_slower
 from stickslip.logs.units import effort_unit, quantity_of, scale_to_si
 from stickslip.records import AxisKind, AxisLog, EffortUnit, InputError, LogSource, unit_of
 
@@ -196,11 +197,12 @@ def _sampled(
     stamps = _scaled("time", first, clock.seconds(values["time"]), 1.0, kind)
     if all(groups[channel] == groups["time"] for channel in channels):
         _check_same_length(table, bound)
-        parts = _rows_of(stamps, channels)
-        if len(parts) > 1:
-            sampled, resampled = together(parts, label=table.label)
-            return sampled, [*notes, *resampled], in_seconds
-        return next(iter(parts.values())), notes, in_seconds
+        rows = {name: np.isfinite(values) for name, values in channels.items()}
+        if all(each.all() for each in rows.values()):
+            return Sampled(time=stamps, channels=channels), notes, in_seconds
+        parts = _by_rows(stamps, channels, rows)
+        sampled, resampled = together(parts, label=table.label)
+        return sampled, [*notes, *resampled], in_seconds
     parts: dict[str, Sampled] = {}
     for group in dict.fromkeys(groups[channel] for channel in channels):
         time = stamps
@@ -215,19 +217,20 @@ def _sampled(
     return sampled, [*notes, *resampled], in_seconds
 
 
-def _rows_of(stamps: Column, channels: Mapping[str, Column]) -> dict[str, Sampled]:
-    """Return channels that were sampled in the same rows together: others have empty cells."""
+def _by_rows(
+    stamps: Column, channels: Mapping[str, Column], rows: Mapping[str, Bool[np.ndarray, " n"]]
+) -> dict[str, Sampled]:
+    """Return channels that were sampled in the same rows together: their other cells are empty."""
     alike: dict[bytes, list[str]] = {}
-    for name, values in channels.items():
-        alike.setdefault(np.isfinite(values).tobytes(), []).append(name)
-    parts: dict[str, Sampled] = {}
-    for names in alike.values():
-        rows = np.isfinite(channels[names[0]])
-        members = {name: channels[name][rows] for name in names}
-        parts[f"the rows with {' and '.join(names).replace('_', ' ')}"] = Sampled(
-            time=stamps[rows], channels=members
+    for name, own in rows.items():
+        alike.setdefault(own.tobytes(), []).append(name)
+    return {
+        f"the rows with {' and '.join(names).replace('_', ' ')}": Sampled(
+            time=stamps[rows[names[0]]],
+            channels={name: channels[name][rows[name]] for name in names},
         )
-    return parts
+        for names in alike.values()
+    }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -301,9 +304,10 @@ def _channels(
     names = [name for each in bound.values() for name in each.expression.names]
     columns = table.load([name for name in dict.fromkeys(names) if name in table.headers])
     stamps = bound["time"].expression.names if "time" in bound else ()
+    slower = {name for name, column in columns.items() if name not in stamps and is_slower(column)}
     for name, column in columns.items():
-        if name in stamps or sampled_rows(column) is None:
-            _check_finite(table, name, column)
+        full = np.where(np.isnan(column), 0.0, column) if name in slower else column
+        _check_finite(table, name, full)
     values: dict[str, Value] = {**table.constants, **columns}
     channels: dict[str, Column] = {}
     notes: list[str] = []
@@ -322,11 +326,13 @@ def _channels(
             note = f"{note}; {taken}" if note else f"{channel.replace('_', ' ')}: {taken}"
         if note:
             notes.append(note)
-        used = [columns[name] for name in each.expression.names if name in columns]
-        rows = np.isfinite(used).all(axis=0) if used else np.ones(result.shape, dtype=bool)
-        scaled = _scaled(channel, each, result[rows], factor, kind)
+        empty = [np.isnan(columns[name]) for name in each.expression.names if name in slower]
+        if not empty:
+            channels[channel] = _scaled(channel, each, result, factor, kind)
+            continue
+        rows = ~np.any(empty, axis=0)
         channels[channel] = np.full(result.shape, np.nan)
-        channels[channel][rows] = scaled
+        channels[channel][rows] = _scaled(channel, each, result[rows], factor, kind)
     return channels, notes
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.logs.table import Column, Table, name_columns, sampled_rows
+from stickslip.logs.table import Column, Table, is_slower, name_columns
 from stickslip.records import InputError, MissingExtraError
 
 
@@ -58,11 +58,9 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
             "column_not_numeric", where=place(name, 0), name=name, found=str(series.dtype)
         )
     empty = np.flatnonzero(series.is_null().to_numpy())
-    if empty.size:
-        column = np.array(series.cast(nw.Float64).to_numpy(), dtype=np.float64)
-        column[empty] = np.nan
-        if sampled_rows(column) is not None:
-            return column
+    column = np.array(series.cast(nw.Float64).to_numpy(), dtype=np.float64)
+    column[empty] = np.nan
+    if empty.size and not is_slower(column):
         raise InputError(
             "column_with_gaps",
             where=place(name, int(empty[0])),
@@ -70,7 +68,7 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
             count=empty.size,
             samples=len(series),
         )
-    return np.array(series.cast(nw.Float64).to_numpy(), dtype=np.float64)
+    return column
 
 
 def read_parquet(path: Path) -> Table:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.logs.formats.twincat import is_twincat, read_twincat
-from stickslip.logs.table import Column, Table, name_columns, sampled_rows
+from stickslip.logs.table import Column, Table, is_slower, name_columns
 from stickslip.logs.unit_spelling import is_unit
 from stickslip.records import InputError
 
@@ -422,6 +422,6 @@ def _careful(
         return {name: _seconds(cells, name, text.path.name) for name, cells in columns.items()}
     arrays = {name: np.array(values) for name, values in columns.items()}
     for name, error in empty.items():
-        if sampled_rows(arrays[name]) is None:
+        if not is_slower(arrays[name]):
             raise error
     return arrays
