@@ -136,7 +136,8 @@ def test_what_cannot_be_moved_is_given_up(coulomb, static):
         assert run.outcome is STOPPED
         assert len(run.pulses) == controller.max_idle_pulses
         assert (
-            controller.why(run.run.controller_state) == "none of the last pulses has freed the axis"
+            controller.why(run.run.controller_state)
+            == "none of the last pulses has freed the axis: it is blocked, or a sensor is frozen"
         )
         assert not run.run.motion.position.any()
         assert not run.run.motion.commanded_effort[250:].any()

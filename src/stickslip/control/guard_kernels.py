@@ -46,6 +46,8 @@ STATE = np.dtype(
         ("started", "i8"),  # 1 from that sample on
         ("lost", "i8"),  # samples in a row
         ("lost_total", "i8"),
+        ("stuck", "i8"),  # of them, those of a moving axis in the same position, in the last bit
+        ("halted", "i8"),  # 1 if the first of them showed an axis that was slower than possible
         ("missing", "i8", (4,)),  # channels of the last lost sample
         ("mismatch", "f8"),  # of position and velocity, with a memory of some ten samples
         ("same", "i8"),  # equal positions in a row
@@ -57,6 +59,11 @@ STATE = np.dtype(
         ("above", "i8"),  # samples in a row from which the axis cannot stop within the travel
         ("below", "i8"),
         ("effort", "f8"),  # last one sent
+        ("follows", "i8"),  # 1 once the axis has moved by a strong effort, along it
+        ("driven", "i8"),  # samples in a row of strong effort to one side, before that
+        ("driven_x", "f8"),  # position at the first of them
+        ("driven_by", "f8"),  # that effort
+        ("turning", "f8"),  # change of position in a sample, over the last clear way against it
         ("pushing", "i8"),  # samples in a row with nearly the largest effort and no motion
         ("pushing_from", "f8"),
         ("unanswered", "i8"),  # samples in a row to which the controller gave no effort
@@ -103,10 +110,13 @@ _PLANNED = 0.9  # of the effort limit: the strongest braking
 _LEARNS = 0.1  # of what is wrong of the load is corrected in a sample
 _TURNS, _SLOWER, _SLOWEST = 6, 0.5, 8.0  # changes of sign, after which each makes it slower
 _NOISE, _CLEARLY = 0.2, 0.1  # of the effort limit: that of an error of the speed; one that brakes
+_DRIVES = 0.6  # of the effort limit: a strong effort
+_CLEAR, _FASTER = 2.0, 1.1  # resolutions: a way; speed over the next one, if the axis accelerates
 _AGAINST = 10  # samples, more than a delay: braking that makes an axis faster
 _FILTERED = 6.0  # times the way of the largest acceleration: a filtered velocity may be so late
-_MOVES = 1e-3  # of the travel: an axis that was let go is moved by something
+_MOVES = 5e-3  # of the travel: an axis let go is moved by more than bristles that spring back
 _WIDE = 4.0  # resolutions: errors of two positions, and of the speed from them
+_STUCK = 5  # samples for which a moving axis was in the same position: it has not stopped there
 _ALIKE = 8  # samples: a slow sensor may repeat some
 _SLOWS = 0.9  # of the mean speed of a time: a lower one at its end shows no load
 _CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
@@ -120,6 +130,16 @@ def _lose(g: Any, fault: int) -> bool:
     g.lost_total += 1
     if g.lost > g.max_lost and g.fault == 0:
         g.fault = fault
+    return False
+
+
+@compiled()
+def _halt(g: Any) -> bool:
+    """Lose a sample of an axis that is slower than any effort explains; one of many is true."""
+    g.halted = 1
+    _lose(g, BLOCKED)
+    if g.fault == BLOCKED:  # begin anew, to brake
+        g.samples, g.momentum = 0, 0.0
     return False
 
 
@@ -150,6 +170,27 @@ def _falls(g: Any, x: float, v: float, rests: bool) -> bool:
     far = d_1 + d_2 > _FALLS * min(g.stall, g.high - g.low)
     fast = last > _SLOWS * d_2 - error
     return long and far and fast and g.gravity == 1 and (d_2 > d_1 + error or constant)
+
+
+@compiled()
+def _turns_away(g: Any, x: float) -> bool:
+    """Return whether the first strong effort to one side accelerates the axis to the other."""
+    if g.follows == 1:
+        return False
+    strong = abs(g.effort) >= _DRIVES * g.effort_limit
+    if not strong or g.effort * g.driven_by <= 0.0:
+        g.driven, g.turning = 0, 0.0
+    g.driven += 1
+    if g.driven == 1:
+        g.driven_x, g.driven_by = x, g.effort
+    way, error = np.copysign(1.0, g.driven_by) * (x - g.driven_x), _CLEAR * g.resolution
+    g.follows = 1 if way > error else 0
+    if way >= -error:
+        return False
+    pace = way / (g.driven - 1)
+    faster = pace < _FASTER * g.turning < 0.0
+    g.turning, g.driven, g.driven_x = pace, 1, x
+    return faster
 
 
 @compiled()
@@ -184,9 +225,12 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     # A glitch shows the axis on its way to one side, and then to the other
     g.above = g.above + 1 if above else 0
     g.below = g.below + 1 if below else 0
+    turns_away = _turns_away(g, x)
     if g.fault != 0:
         return
-    if g.fast >= _FAST:
+    if turns_away:
+        g.fault = SIGN
+    elif g.fast >= _FAST:
         g.fault = SPEED
     elif g.above >= _OUTSIDE or g.below >= _OUTSIDE:
         g.fault = TRAVEL
@@ -268,11 +312,17 @@ def admit(
         slack = 0.5 * g.acceleration * dt * late + _WIDE * g.resolution
         slack += (g.velocity_resolution if measured else _WIDE * g.resolution / T) * late
         if abs(x - g.x - dt * g.v) > slack:
+            halted = abs(x - g.x) <= abs(dt * g.v) + _WIDE * g.resolution
+            if (halted or g.halted == 1) and x != g.x:
+                return _halt(g)
+            g.stuck += 1 if x == g.x else 0
             return _lose(g, FROZEN if x == g.x else JUMP)
+        if g.stuck >= _STUCK and x == g.x and g.fault == 0:  # by no force
+            g.fault = FROZEN
         if measured:
             unsure = g.velocity_resolution + 2.0 * g.resolution / T  # of a difference of positions
             if abs(v - g.v) > g.acceleration * late + 2.0 * unsure:
-                return _lose(g, JUMP)
+                return _halt(g) if abs(v) <= abs(g.v) + unsure else _lose(g, JUMP)
             # A velocity that the position does not follow
             step = x - g.x - 0.5 * dt * (v + g.v)
             g.mismatch = _MEMORY * g.mismatch + step
@@ -284,7 +334,7 @@ def admit(
             g.fault = FROZEN
     g.time, g.x, g.v = time, x, speed
     g.samples += 1
-    g.lost = 0
+    g.lost = g.halted = g.stuck = 0
     _reckon(g, speed, v2)
     if g.started == 0:
         g.started, g.begun = 1, time

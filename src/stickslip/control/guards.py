@@ -43,12 +43,12 @@ _WHY = {
         "the same position and velocity in every sample, or the position shows no noise"
     ),
     at.BLOCKED: (
-        "the axis does not move under the effort limit: it is blocked, or a sensor is frozen"
+        "the axis does not move as the effort drives it: it is blocked, or a sensor is frozen"
     ),
     at.LOAD: LOADED,
     at.SIGN: (
-        "braking makes the axis faster: the sign of the effort or of the position is wrong, or a "
-        "load is above the effort limit; the effort is 0"
+        "the effort drives the axis to the other side: the sign of the effort or of the position "
+        "is wrong, or a load is above the effort limit; the effort is 0"
     ),
     at.FAILED: "the controller failed, and its error is in the log of the program",
 }
@@ -60,6 +60,7 @@ _MARGIN = 1.0  # travel beyond the task, over its longest move
 _FASTER = 1.5  # speed limit over the largest speed of a move
 _STRONGER = 1.5  # largest acceleration, over twice the effort limit by the mass
 _CERTAIN = 6.0  # standard deviations of a position
+_BRAKES = 0.85  # of the effort limit: deceleration, as moves of `precise` plan it
 _TIMES = 2.0  # time limit over the duration of a move
 _RARELY = 1e-9  # probability of a window of equal positions of a sensor with noise
 _LEAST_SAME = 5  # samples
@@ -224,7 +225,7 @@ class Limits:
             speed=_FASTER * fastest * (1.0 if load_mass == 0.0 else sqrt(1.0 + load_mass / mass)),
             acceleration=_STRONGER * 2.0 * effort_limit / mass,
             braking_gain=mass / (at.TIME_CONSTANT * sampling_time),
-            braking=0.5 * effort_limit / (mass + load_mass),
+            braking=_BRAKES * effort_limit / (mass + load_mass),
             time=None if duration is None else _TIMES * duration,
             resolution=_CERTAIN * noise + encoder_step,
             velocity_resolution=_CERTAIN * velocity_noise,

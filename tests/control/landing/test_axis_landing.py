@@ -200,7 +200,10 @@ def test_it_stops_where_no_pulse_can_help_and_says_why() -> None:
     for k in range(2000):  # held fast, short of the target
         state, _ = landing.step(state, SensorSample(k * T, 0.299, 0.0, np.nan, np.nan))
     assert landing.outcome(state) is PositioningOutcome.STOPPED
-    assert landing.why(state) == "none of the last pulses has freed the axis"
+    assert (
+        landing.why(state)
+        == "none of the last pulses has freed the axis: it is blocked, or a sensor is frozen"
+    )
     _, effort = landing.step(state, SensorSample(20.0, 0.299, 0.0, np.nan, np.nan))
     assert effort == 0.0
 

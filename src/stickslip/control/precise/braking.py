@@ -33,12 +33,16 @@ _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
 _PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is under a load
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
-_RELEASES = 2  # times an axis is let go until what moves it again is a load
+RELEASES = 2  # times an axis is let go until what moves it again is a load
+_SLOWER = (
+    0.5  # of the time constant at first: each of more turns adds so much, where a load is held
+)
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
 _VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
 _STRONGEST = 1.2  # of the effort limit: a push
 _GAIN = 0.8  # of the speed is taken away in a sample of a push
+_NOISY = 0.2  # of the effort limit: that of an error of the speed; a larger one lowers the gain
 _STRONG = 0.5  # of the limit: standard deviation of a load
 _FAILED = 0.7  # of the speed is left by a braking that something opposes
 _CHANGES = 0.1  # of the limit: standard deviation of the change of a push in a sample
@@ -78,6 +82,12 @@ def _runs(p: Any, m: float, F: float, v: float) -> bool:
 
 
 @compiled()
+def may_hold(p: Any) -> bool:
+    """Return whether a push may be held; one that comes again and again is left to friction."""
+    return p.held > 0 or (p.brakings < _PUSHES and p.holds < _HOLDS)
+
+
+@compiled()
 def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     """Return whether an axis that should rest runs away without becoming slower.
 
@@ -89,8 +99,12 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     faster = faster and abs(new + old) > _VISIBLE * p.noise
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= _STRONGEST * p.limit * p.period * p.period
-    may = p.held > 0 or (p.brakings < _PUSHES and p.holds < _HOLDS)
-    return (faster or jumps) and may and p.past_count >= PAST and _runs(p, m, F, new / p.period)
+    return (
+        (faster or jumps)
+        and may_hold(p)
+        and p.past_count >= PAST
+        and _runs(p, m, F, new / p.period)
+    )
 
 
 @compiled()
@@ -131,7 +145,7 @@ def _correct(p: Any, x: float) -> None:
 def _start_holding(p: Any, x: float) -> None:
     p.moving, p.brake = HOLDING, 0.0
     p.held += 1
-    p.loaded = 1 if p.held > _RELEASES else 0
+    p.loaded = 1 if p.held > RELEASES else 0
     p.motion[:], p.spread[:, :] = 0.0, 0.0
     p.motion[0], p.spread[0, 0] = x, p.noise * p.noise
     p.brake_left, p.quiet, p.turns = math.ceil(_LONGEST / p.period), 0, 0
@@ -176,14 +190,16 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
     p.quiet = 0 if _runs(p, m, F, v) or abs(push) > seen else p.quiet + 1
     for k in range(whole + 1):  # until the effort acts
         v += (push + p.commands[k]) * (1.0 if k < whole else part) * T / m
-    u = -_GAIN * m * v / T - push
+    noise = math.sqrt(p.spread[1, 1]) * force / (_NOISY * p.limit)
+    slower = max(noise, 1.0) + (_SLOWER * max(p.turns - _TURNS, 0) if p.loaded else 0.0)
+    u = -_GAIN / slower * m * v / T - push
     p.turns += 1 if u * p.brake < 0.0 and abs(u) > F else 0
     gone = p.quiet >= PAST and p.held == 1
-    swings = p.turns > _TURNS
+    swings = p.turns > _TURNS and p.loaded == 0
     if swings:
         p.held = 0
     if swings or (p.loaded == 0 and (p.brake_left <= 0 or gone)):
-        p.moving = p.loaded = 0
+        p.moving = 0
         return 0.0
     p.brake = min(max(u, -p.limit), p.limit)
     return p.brake

@@ -14,8 +14,10 @@ from stickslip.control.base import LOADED, PositionController
 from stickslip.control.checks import check_class, check_fields
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
+    RELEASES,
     brake,
     hold,
+    may_hold,
     pushed,
     remember,
     start_braking,
@@ -51,6 +53,7 @@ from stickslip.control.pulses.kernel import (
     blind_step,
     emit,
     head,
+    outside,
     readable,
     wait_for_rest,
     watch,
@@ -82,6 +85,7 @@ _PAUSE, _PAUSES = 0.3, 2  # duration [s] and number of waits for what still swin
 _FEWEST = 2  # samples of a rest, where the delay is known
 _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
 _GENTLER, _GENTLEST = 0.5, 1.5  # times that of the last one, if it vibrates again; times friction
+_STAYS, _STAYS_FOR = 100, 0.5  # samples and time [s] at the target: what moves the axis then is new
 _LEARNED = 2  # samples of motion from which the pulses learn
 
 
@@ -160,7 +164,7 @@ def _ended(p: Any, s: Any, own: Any) -> None:
     if p.known:
         _hasten(p, s, own)
     wait_for_rest(s)
-    s.pending = 0
+    s.pending, s.outcome = 0, MOVING
 
 
 @compiled()
@@ -171,6 +175,22 @@ def _pause(p: Any, s: Any) -> None:
     s.wait = max(s.wait, math.ceil(p.pauses * _PAUSE / p.period))
     s.pending = s.idle = 0
     s.outcome = MOVING
+
+
+@compiled()
+def _leaves(p: Any, s: Any, x: float) -> bool:
+    """Return whether the axis leaves its target, of itself; count how often it soon does."""
+    if s.outcome != REACHED or p.moving or s.pending:
+        return False
+    p.stayed += 1
+    if p.stayed > _STAYS and p.stayed * p.period > _STAYS_FOR:
+        p.leavings = 0
+    side = 1 if x > s.target else -1
+    if not (outside(s, x) and outside(s, p.past[1])):
+        return False
+    p.leavings = p.leavings + 1 if p.side == side else 1
+    p.side, p.stayed = side, 0
+    return True
 
 
 @compiled()
@@ -185,10 +205,13 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
             start_move(p, x, s.target, own.values, own.covariance)
     remember(p, x)
     m, F = math.exp(own.values[0]), _sure_friction(own)
-    if p.moving == 0 and s.pending == 0 and pushed(p, m, F, s.phase == RESTING):
-        if s.phase == RESTING:
+    leaves = _leaves(p, s, x) and (may_hold(p) or p.leavings > RELEASES)
+    runs = pushed(p, m, F, s.phase == RESTING)
+    if p.moving == 0 and s.pending == 0 and (runs or leaves):
+        p.held = max(p.held, RELEASES) if p.leavings > RELEASES else p.held
+        if runs and s.phase == RESTING and p.held == 0:
             start_holding(p, m)
-        elif p.held:
+        elif leaves or p.held:
             start_holding_moving(p, m)
         else:
             start_braking(p)
@@ -203,6 +226,10 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
                 if p.known:
                     _hasten(p, s, own)
             if s.outcome == MOVING:
+                if p.unseen and abs(s.rest - p.start) <= s.least_motion:
+                    p.unseen = 0
+                    exact_kernels.give_up(s, own, HELD_FAST)
+                    return emit(s)
                 if not _moves(p, s, own, abs(s.error)):
                     exact_kernels.plan(s, own)
                     if s.phase != PULSING and own.reason != HELD_FAST and p.pauses < _PAUSES:

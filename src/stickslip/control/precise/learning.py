@@ -86,6 +86,11 @@ OWN_DTYPE = np.dtype(
         ("past", "f8", (PAST,)),  # the last positions of all, as measured; the latest is the first
         ("past_count", "i8"),  # of them so far
         ("brakings", "i8"),  # since the axis was seen at rest
+        ("strongest", "f8"),  # effort of the move
+        ("unseen", "i8"),  # 1 after a move that the sensors have not shown
+        ("leavings", "i8"),  # times in a row that the axis has soon left its target of itself
+        ("stayed", "i8"),  # samples that it has been there
+        ("side", "i8"),  # to which it left it: 1 or -1
         ("holds", "i8"),  # since it was at rest at the target
         ("turns", "i8"),  # of the effort against a push
         ("motion", "f8", (3,)),  # x, v T and d T^2/m of an axis that a force d pushes

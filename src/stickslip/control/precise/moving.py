@@ -57,6 +57,7 @@ _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _USED = 0.9  # of the limit: by the last part as it is planned first
 _TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
+_FREES = 0.98  # of the limit: an effort that moves any axis which is not blocked
 _STOPPING = 12  # samples: an axis that does not stop on the plan is stopped for so long
 _REACTION = 3.0  # lags after which an axis moves that can
 _CERTAIN = 2.0  # standard deviations of friction
@@ -74,7 +75,8 @@ def shortest(m: float, F: float, limit: float, d: float) -> float:
 def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) -> None:
     """Begin a move at rest in x."""
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
-    p.seen = p.wild = p.brakings = 0
+    p.seen = p.wild = p.brakings = p.unseen = 0
+    p.strongest = 0.0
     p.off, p.shakes = 0.0, 0
     p.moves += 1
     p.start, p.backward = x, (1 if target < x else 0)
@@ -295,7 +297,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     m, F, c = model(p)
     if p.seen == 0:
         if p.samples > LONGEST_DELAY:
-            p.moving = 0
+            p.moving, p.unseen = 0, 1 if p.strongest >= _FREES * p.limit else 0
         return 0.0
     p.ending = 1
     p.waited += 1
@@ -342,5 +344,6 @@ def go_on(p: Any, position: float, measured: bool) -> float:
         else:
             learn(p, p.x, False)
     u = _decide(p)
+    p.strongest = max(p.strongest, abs(u))
     p.samples += 1
     return sign * u

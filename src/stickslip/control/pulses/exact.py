@@ -48,7 +48,9 @@ _WHY = {
     at.NO_BETTER: "the spread of a pulse is many times what is left, so that none is likely to "
     "help",
     at.EXHAUSTED: "the last pulses have not halved the error",
-    at.HELD_FAST: "none of the last pulses has freed the axis",
+    at.HELD_FAST: (
+        "none of the last pulses has freed the axis: it is blocked, or a sensor is frozen"
+    ),
 }
 
 

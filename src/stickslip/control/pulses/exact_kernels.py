@@ -113,6 +113,7 @@ _ROUGH = 0.05  # of displacement and friction, of an axis that does not follow t
 _ALONG_LAG = 0.02  # of the displacement: the pulse that stands for a lagging one, on the way
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
+_STUCK = 3  # pulses in a row that do not free an axis, which a move has moved before: it is blocked
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
 _STRONGER = 1.5  # times an effort that did not free the mass: the next
 _AGAIN = 1.05  # likewise on an axis that vibrates: rather the same again
@@ -570,7 +571,8 @@ def _fire(s: Any, own: Any, side: int, f: float, n: float) -> None:
 
 
 @compiled()
-def _give_up(s: Any, own: Any, reason: int) -> None:
+def give_up(s: Any, own: Any, reason: int) -> None:
+    """Stop for a reason."""
     own.reason = reason
     stop(s)
 
@@ -584,6 +586,13 @@ def lengthen_rest(s: Any, own: Any) -> None:
     F = math.exp(min(own.values[COULOMB], own.values[COULOMB + 1]))
     n = math.sqrt(2.0 * s.spread * math.exp(own.values[0]) / F) / own.period
     s.calm_least = min(n, _LONGEST_REST * s.window) if n > s.window else 0.0
+
+
+@compiled()
+def _was_strong(s: Any, own: Any) -> bool:
+    """Return whether the last pulse would have moved any axis, behind any lag."""
+    _, f, t = _last_pulse(s, own)
+    return abs(f) >= _STRONG * own.limit and t >= (_WIDEST - 0.5) * own.period
 
 
 @compiled()
@@ -612,11 +621,14 @@ def plan(s: Any, own: Any) -> None:
     # Rather where it has come near than where it was only to come back from
     allowed = own.max_idle_pulses * (1.0 if error <= _NEAR * own.best else 2.0 if direct else 1.5)
     if own.fruitless >= allowed:
-        _give_up(s, own, HELD_FAST if s.idle >= own.fruitless else EXHAUSTED)
+        give_up(s, own, HELD_FAST if s.idle >= own.fruitless else EXHAUSTED)
+        return
+    if own.taught and not own.vibrates and s.idle >= _STUCK and _was_strong(s, own):
+        give_up(s, own, HELD_FAST)
         return
     if not direct:
         f, n, spread = _overshoot(own, side, error)
         if spread > _HOPELESS * max(s.tolerance, 0.5 * error):
-            _give_up(s, own, NO_BETTER)
+            give_up(s, own, NO_BETTER)
             return
     _fire(s, own, side, f, n)

@@ -206,6 +206,12 @@ def _cut(s: Any) -> None:
 
 
 @compiled()
+def outside(s: Any, x: float) -> bool:
+    """Return whether a position is certainly not within the tolerance."""
+    return abs(x - s.target) > s.tolerance + s.spread
+
+
+@compiled()
 def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     """Take a sample in; return whether the axis has come to rest, so that it is time to decide.
 
@@ -218,6 +224,7 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     """
     s = head(vector)
     x = sample.measured_position
+    before = s.position
     s.time, s.position, s.fresh = sample.time, x, 0
     if s.pending:
         _keep(s, x)
@@ -229,6 +236,8 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
         s.wait -= 1.0
         return False
     _see(vector, x, sample.measured_velocity)
+    if s.outcome == REACHED and outside(s, x) and outside(s, before):
+        s.outcome = MOVING
     rest = _rest_position(vector, s.window)
     if np.isnan(rest) and s.phase == WAITING and 0 < s.early < s.window:
         rest = _rest_position(vector, s.early)
@@ -239,7 +248,8 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
         rest, least = x, max(least, _calm_width(s))
     if np.isnan(rest) or s.calm < s.calm_least:
         return False
-    if s.phase == RESTING and abs(rest - s.rest) <= least:
+    left = s.outcome == MOVING and abs(s.error) <= s.tolerance
+    if s.phase == RESTING and abs(rest - s.rest) <= least and not left:
         return False
     if s.pending:
         _conclude(s, rest)

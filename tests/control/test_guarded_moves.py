@@ -1,0 +1,163 @@
+"""Guarded moves of `precise` with wrong wiring, loads, stops and frozen sensors.
+
+The axis is a mass in explicit steps that shares no code with the simulator.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import inf, nan
+
+import numpy as np
+import pytest
+
+from stickslip.control import (
+    ExactPulseController,
+    GuardedController,
+    Limits,
+    PreciseController,
+    RestDetection,
+    SensorErrors,
+)
+from stickslip.records import PositioningOutcome, SensorSample
+
+T, FINE = 2e-3, 1e-4  # sampling time, step of the plant [s]
+MASS, FRICTION, WAY, TOLERANCE = 2.0, 1.0, 0.01, 2e-5
+STEP = 2e-6  # of the encoder [m]
+STOP = (2.0 * np.pi * 300.0) ** 2 * MASS  # stiffness of an end stop [N/m]
+DAMPS = 0.6 * np.sqrt(STOP * MASS)  # its damping [N s/m]
+REACHED, STOPPED = PositioningOutcome.REACHED, PositioningOutcome.STOPPED
+
+Samples = Callable[[float, float], float]  # of a time and a position
+
+
+@dataclass
+class Moved:
+    """What has become of an axis."""
+
+    outcome: PositioningOutcome
+    why: str
+    position: float
+    speed: float
+    farthest: float  # beyond the way to the target [m]
+    wrong: int  # samples in which it was reached, and was not
+
+
+def guarded(
+    limit: float, *, target: float = WAY, margin: float = 1.0, noise: float = 0.0
+) -> GuardedController:
+    """Return `precise`, which knows the mass and nothing of the friction."""
+    friction = PreciseController.unknown_friction(mass=MASS, effort_limit=limit, distance=WAY)
+    rest = RestDetection.for_encoder(resolution=STEP, noise=noise, samples=10)
+    pulses = ExactPulseController(
+        sampling_time=T,
+        target=target,
+        tolerance=TOLERANCE,
+        effort_limit=limit,
+        mass=MASS,
+        friction=friction,
+        friction_uncertainty=PreciseController.unknown_spread,
+        position_noise=max(noise, 0.3 * STEP),
+        rest=rest,
+    )
+    limits = Limits.for_task(
+        mass=MASS,
+        effort_limit=limit,
+        sampling_time=T,
+        places=(0.0, target),
+        sensors=SensorErrors(noise=noise, encoder_step=STEP),
+    )
+    low, high = sorted((0.0, target))
+    limits = replace(limits, travel=(low - margin * WAY, high + margin * WAY))
+    return GuardedController(controller=PreciseController(pulses=pulses), limits=limits)
+
+
+def moved(
+    guard: GuardedController,
+    *,
+    load: float = 0.0,
+    sign: float = 1.0,
+    stop: float = inf,
+    noise: float = 0.0,
+    sensor: Samples = lambda _, x: x,
+    samples: int = 800,
+) -> Moved:
+    """Run a move under a load, with a sign of the effort, an end stop and a sensor."""
+    generator = np.random.default_rng(1)
+    target = guard.controller.target
+    low, high = sorted((0.0, target))
+    state, x, v, farthest, wrong = guard.init(), 0.0, 0.0, 0.0, 0
+    for k in range(samples):
+        seen = STEP * round((sensor(k * T, x) + noise * float(generator.normal())) / STEP)
+        state, effort = guard.step(state, SensorSample(k * T, seen, nan, nan, nan))
+        wrong += guard.outcome(state) is REACHED and abs(x - target) > 2.0 * TOLERANCE
+        for _ in range(round(T / FINE)):
+            force = sign * effort + load
+            force -= max(STOP * (x - stop) + DAMPS * v, 0.0) if x > stop else 0.0
+            if v == 0.0 and abs(force) <= FRICTION:
+                continue
+            opposes = FRICTION * np.sign(v if v else force)
+            after = v + FINE * (force - opposes) / MASS
+            v = 0.0 if after * v < 0.0 else after
+            x += FINE * v
+            farthest = max(farthest, x - high, low - x)
+    outcome = guard.outcome(state)
+    assert outcome is not None
+    return Moved(outcome, str(guard.why(state)), x, v, farthest, wrong)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("limit", [3.0, 10.0, 30.0])
+def test_a_travel_with_a_fifth_of_the_way_to_spare_is_enough(limit: float, side: float) -> None:
+    run = moved(guarded(limit, margin=0.2, target=side * WAY))
+    assert run.outcome is REACHED
+    assert abs(run.position - side * WAY) <= TOLERANCE
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("noise", [0.0, 2e-6])
+@pytest.mark.parametrize("limit", [3.0, 10.0, 30.0])
+def test_an_effort_of_the_wrong_sign_is_stopped_at_the_start(
+    limit: float, noise: float, side: float
+) -> None:
+    run = moved(guarded(limit, noise=noise, target=side * WAY), sign=-1.0, noise=noise)
+    assert "sign" in run.why
+    assert run.speed == 0.0
+    assert run.farthest < WAY
+
+
+@pytest.mark.parametrize("share", [1.1, 1.3, 1.6, 2.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_an_axis_that_a_load_moves_is_not_at_its_target(share: float, side: float) -> None:
+    noise = 2e-6
+    load = side * share * FRICTION
+    run = moved(guarded(10.0, noise=noise), load=load, noise=noise, samples=1500)
+    assert run.wrong <= 2  # two samples show it
+    assert run.outcome is STOPPED
+    assert "load" in run.why
+    assert run.farthest < 1.5 * WAY
+
+
+@pytest.mark.parametrize("place", [0.5, 0.8])
+def test_an_axis_at_an_end_stop_is_blocked(place: float) -> None:
+    run = moved(guarded(10.0), stop=place * WAY, samples=1500)
+    assert run.outcome is STOPPED
+    assert "blocked" in run.why
+    assert run.speed == 0.0
+
+
+@pytest.mark.parametrize("after", [0.0, 0.03, 0.04])
+def test_a_frozen_encoder_is_no_axis_to_be_freed(after: float) -> None:
+    """It keeps one count, as after its cable is cut, from the start or in the move on."""
+    held: list[float] = []
+
+    def frozen(time: float, x: float) -> float:
+        if time <= after:
+            return x
+        held.append(x)
+        return held[0]
+
+    run = moved(guarded(10.0), sensor=frozen)
+    assert run.outcome is STOPPED
+    assert "frozen" in run.why
+    assert run.speed == 0.0
+    assert run.farthest < 2.0 * WAY
