@@ -82,12 +82,6 @@ def _runs(p: Any, m: float, F: float, v: float) -> bool:
 
 
 @compiled()
-def may_hold(p: Any) -> bool:
-    """Return whether a push may be held; one that comes again and again is left to friction."""
-    return p.held > 0 or (p.brakings < _PUSHES and p.holds < _HOLDS)
-
-
-@compiled()
 def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     """Return whether an axis that should rest runs away without becoming slower.
 
@@ -99,12 +93,8 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     faster = faster and abs(new + old) > _VISIBLE * p.noise
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= _STRONGEST * p.limit * p.period * p.period
-    return (
-        (faster or jumps)
-        and may_hold(p)
-        and p.past_count >= PAST
-        and _runs(p, m, F, new / p.period)
-    )
+    may = p.held > 0 or (p.brakings < _PUSHES and p.holds < _HOLDS)
+    return (faster or jumps) and may and p.past_count >= PAST and _runs(p, m, F, new / p.period)
 
 
 @compiled()

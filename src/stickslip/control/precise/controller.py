@@ -17,7 +17,6 @@ from stickslip.control.precise.braking import (
     RELEASES,
     brake,
     hold,
-    may_hold,
     pushed,
     remember,
     start_braking,
@@ -205,10 +204,10 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
             start_move(p, x, s.target, own.values, own.covariance)
     remember(p, x)
     m, F = math.exp(own.values[0]), _sure_friction(own)
-    leaves = _leaves(p, s, x) and (may_hold(p) or p.leavings > RELEASES)
+    leaves = _leaves(p, s, x) and p.leavings > RELEASES
     runs = pushed(p, m, F, s.phase == RESTING)
     if p.moving == 0 and s.pending == 0 and (runs or leaves):
-        p.held = max(p.held, RELEASES) if p.leavings > RELEASES else p.held
+        p.held = max(p.held, RELEASES) if leaves else p.held
         if runs and s.phase == RESTING and p.held == 0:
             start_holding(p, m)
         elif leaves or p.held:
@@ -219,6 +218,8 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
         p.last_error = math.inf
     if p.moving == 0:
         if watch(inner, sample):
+            if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
+                p.leavings = 0  # friction or bristles have stopped it
             p.brakings = p.held = 0
             p.holds = 0 if s.outcome == REACHED else p.holds
             if s.fresh:

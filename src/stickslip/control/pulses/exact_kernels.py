@@ -113,6 +113,8 @@ _ROUGH = 0.05  # of displacement and friction, of an axis that does not follow t
 _ALONG_LAG = 0.02  # of the displacement: the pulse that stands for a lagging one, on the way
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
+_FREES = 0.9  # of the effort limit: it moves any axis that is not blocked
+_CLEARLY = 10.0  # times the least displacement that the sensors distinguish from none
 _STUCK = 3  # pulses in a row that do not free an axis, which a move has moved before: it is blocked
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
 _STRONGER = 1.5  # times an effort that did not free the mass: the next
@@ -590,9 +592,11 @@ def lengthen_rest(s: Any, own: Any) -> None:
 
 @compiled()
 def _was_strong(s: Any, own: Any) -> bool:
-    """Return whether the last pulse would have moved any axis, behind any lag."""
+    """Return whether the last pulse would have moved any axis clearly, behind any lag."""
     _, f, t = _last_pulse(s, own)
-    return abs(f) >= _STRONG * own.limit and t >= (_WIDEST - 0.5) * own.period
+    if abs(s.last.predicted) < _CLEARLY * s.least_motion:
+        return False
+    return abs(f) >= _FREES * own.limit and t >= (_WIDEST - 0.5) * own.period
 
 
 @compiled()
