@@ -71,6 +71,16 @@ def guarded(
     return GuardedController(controller=PreciseController(pulses=pulses), limits=limits)
 
 
+def advanced(x: float, v: float, force: float) -> tuple[float, float]:
+    """Return position and speed after a step of the plant."""
+    if v == 0.0 and abs(force) <= FRICTION:
+        return x, 0.0
+    opposes = FRICTION * np.sign(v if v else force)
+    after = v + FINE * (force - opposes) / MASS
+    v = 0.0 if after * v < 0.0 else after
+    return x + FINE * v, v
+
+
 def moved(
     guard: GuardedController,
     *,
@@ -93,12 +103,7 @@ def moved(
         for _ in range(round(T / FINE)):
             force = sign * effort + load
             force -= max(STOP * (x - stop) + DAMPS * v, 0.0) if x > stop else 0.0
-            if v == 0.0 and abs(force) <= FRICTION:
-                continue
-            opposes = FRICTION * np.sign(v if v else force)
-            after = v + FINE * (force - opposes) / MASS
-            v = 0.0 if after * v < 0.0 else after
-            x += FINE * v
+            x, v = advanced(x, v, force)
             farthest = max(farthest, x - high, low - x)
     outcome = guard.outcome(state)
     assert outcome is not None
@@ -135,6 +140,23 @@ def test_an_axis_that_a_load_moves_is_not_at_its_target(share: float, side: floa
     assert run.outcome is STOPPED
     assert "load" in run.why
     assert run.farthest < 1.5 * WAY
+
+
+def test_another_target_is_tried_once_the_load_is_gone() -> None:
+    guard = guarded(10.0)
+    state, x, v, load = guard.init(), 0.0, 0.0, 1.6 * FRICTION
+    outcomes = []
+    for k in range(1600):
+        if k == 800:
+            load, state = 0.0, guard.retargeted(state, 0.5 * WAY)
+        seen = STEP * round(x / STEP)
+        state, effort = guard.step(state, SensorSample(k * T, seen, nan, nan, nan))
+        outcomes.append(guard.outcome(state))
+        for _ in range(round(T / FINE)):
+            x, v = advanced(x, v, effort + load)
+    assert outcomes[799] is STOPPED
+    assert outcomes[-1] is REACHED
+    assert abs(x - 0.5 * WAY) <= TOLERANCE
 
 
 @pytest.mark.parametrize("place", [0.5, 0.8])

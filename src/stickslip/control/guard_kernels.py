@@ -342,6 +342,12 @@ def admit(
     return True
 
 
+@compiled(inline=True)
+def _mass(g: Any) -> float:
+    """Return the mass that is braked."""
+    return TIME_CONSTANT * g.gain * g.period
+
+
 @compiled()
 def _begin_braking(g: Any) -> None:
     """Begin a plan of braking at the state of the axis.
@@ -354,7 +360,7 @@ def _begin_braking(g: Any) -> None:
     g.against = 0
     room = max((g.high - x if v > 0.0 else x - g.low) - abs(v) * T, 0.5 * abs(v) * T)
     needed = 0.5 * v * v / room if v != 0.0 else 0.0
-    most = _PLANNED * g.effort_limit / (TIME_CONSTANT * g.gain * T)
+    most = _PLANNED * g.effort_limit / _mass(g)
     g.slowing = min(max(needed, min(abs(v) / (_STOP * T), g.braking)), most)
 
 
@@ -366,7 +372,7 @@ def _plan(g: Any, change: float) -> None:
     by friction, is not driven on; one that stops outside its travel is brought back.
     """
     x, v, T = g.x, g.v, g.period
-    load = TIME_CONSTANT * g.gain * change - g.effort
+    load = _mass(g) * change / T - g.effort
     g.hold -= _LEARNS * (load + g.hold) if g.quiet == 0 else 0.0
     g.hold = min(max(g.hold, -g.effort_limit), g.effort_limit)
     sign, left = np.copysign(1.0, g.pace), max(abs(g.pace) - g.slowing * T, 0.0)
@@ -413,7 +419,7 @@ def _brake(g: Any) -> float:
     u = -gain * (v - g.pace) + g.hold
     u -= gain / (4.0 * TIME_CONSTANT * slower * g.period) * (x - g.anchor)
     if g.pace != 0.0:
-        u -= np.copysign(TIME_CONSTANT * g.gain * g.period * g.slowing, g.pace)
+        u -= np.copysign(_mass(g) * g.slowing, g.pace)
     if abs(u) > _CLEARLY * g.effort_limit:
         g.turns += 1 if u * g.brake < 0.0 else 0
         g.brake = u

@@ -34,9 +34,7 @@ _MOST = 6  # brakings until the axis is left to friction
 _PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is under a load
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
 RELEASES = 2  # times an axis is let go until what moves it again is a load
-_SLOWER = (
-    0.5  # of the time constant at first: each of more turns adds so much, where a load is held
-)
+_SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
 _VISIBLE = 10.0  # standard deviations of a position: a step that is no noise

@@ -179,7 +179,7 @@ def _pause(p: Any, s: Any) -> None:
 @compiled()
 def _leaves(p: Any, s: Any, x: float) -> bool:
     """Return whether the axis leaves its target, of itself; count how often it soon does."""
-    if s.outcome != REACHED or p.moving or s.pending:
+    if s.outcome != REACHED:
         return False
     p.stayed += 1
     if p.stayed > _STAYS and p.stayed * p.period > _STAYS_FOR:
@@ -204,9 +204,10 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
             start_move(p, x, s.target, own.values, own.covariance)
     remember(p, x)
     m, F = math.exp(own.values[0]), _sure_friction(own)
-    leaves = _leaves(p, s, x) and p.leavings > RELEASES
-    runs = pushed(p, m, F, s.phase == RESTING)
-    if p.moving == 0 and s.pending == 0 and (runs or leaves):
+    free = p.moving == 0 and s.pending == 0
+    leaves = free and _leaves(p, s, x) and p.leavings > RELEASES
+    runs = free and pushed(p, m, F, s.phase == RESTING)
+    if runs or leaves:
         p.held = max(p.held, RELEASES) if leaves else p.held
         if runs and s.phase == RESTING and p.held == 0:
             start_holding(p, m)
@@ -433,6 +434,9 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         vector = np.concatenate([state[:SIZE], inner])
         p = own_fields(vector)
         p.moves, p.last_error, p.wild, p.pauses, p.holds = 0, inf, 0, 0, 0
+        p.leavings = p.unseen = 0
+        if p.loaded:  # let go, to see whether the load is still there
+            p.loaded = p.held = p.brake_left = 0
         if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest
