@@ -16,7 +16,7 @@ from random_axes import (
 from refusals import refuses
 
 from stickslip.control import ExactPulseController, RestDetection
-from stickslip.control.pulses import exact_kernels as at
+from stickslip.control.pulses import exact_state as at
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass

@@ -12,7 +12,7 @@ from refusals import refuses
 from scipy.optimize import least_squares
 
 from stickslip.control import ExactPulseController, RestDetection
-from stickslip.control.pulses import exact_kernels as at
+from stickslip.control.pulses import exact_state as at
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass

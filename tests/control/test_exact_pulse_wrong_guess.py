@@ -10,7 +10,7 @@ from pulse_runs import run_pulses
 from refusals import refuses
 
 from stickslip.control import ExactPulseController, RestDetection
-from stickslip.control.pulses import exact_kernels as at
+from stickslip.control.pulses import exact_learning
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
@@ -114,7 +114,7 @@ def test_what_the_pulse_did_not_show_is_known_no_worse():
     P[1:3, 1:3] += 0.25
     P[3:, 3:] += 0.25
     left = np.empty((5, 5))
-    at._unseen(P, 0, left)  # pyright: ignore[reportPrivateUsage]
+    exact_learning._unseen(P, 0, left)  # pyright: ignore[reportPrivateUsage]
     seen, unseen = [0, 1, 3], [2, 4]
     expected = np.zeros((5, 5))
     expected[np.ix_(unseen, unseen)] = P[np.ix_(unseen, unseen)] - P[np.ix_(unseen, seen)] @ (

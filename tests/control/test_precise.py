@@ -21,7 +21,7 @@ from stickslip import (
 from stickslip.control import PreciseController, RestDetection
 from stickslip.control.precise import braking
 from stickslip.control.precise import learning as at
-from stickslip.control.pulses import exact_kernels
+from stickslip.control.pulses import exact_learning, exact_state
 from stickslip.control.pulses.kernel import head
 from stickslip.records import PositioningOutcome
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
@@ -329,7 +329,7 @@ def test_a_pulse_that_contradicts_the_move_changes_no_friction_by_much(
     """A mass that swings on the axis disturbs a pulse: 2 % of the way once meant F/3 and 70 c."""
     run = moved(PRECISE, samples=120)
     inner = run.controller_state[at.SIZE :].copy()
-    s, own = head(inner), exact_kernels.own_fields(inner)
+    s, own = head(inner), exact_state.own_fields(inner)
     before = own.values.copy()
     s.last.levels[0] = 250.0, 1.0
     s.last.level_count, s.last.moved = 1, 1
@@ -337,11 +337,9 @@ def test_a_pulse_that_contradicts_the_move_changes_no_friction_by_much(
     s.rest += s.last.achieved
     s.position_count, s.stride = 4, 1
     s.positions[:4] = s.rest - s.last.achieved + np.array([0.0, 0.0, 3e-6, 4e-6])
-    exact_kernels.learn(s, own)
+    exact_learning.learn(s, own)
     assert np.all(np.abs(own.values - before) < np.log(1.5))
-    np.testing.assert_array_equal(
-        own.values[exact_kernels.VISCOUS :], before[exact_kernels.VISCOUS :]
-    )
+    np.testing.assert_array_equal(own.values[exact_state.VISCOUS :], before[exact_state.VISCOUS :])
     assert own.share[0] == pytest.approx(share)  # of the least one 0.7 is taken over
     assert own.share[1] == 1.0
 

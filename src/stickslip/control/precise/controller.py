@@ -34,15 +34,11 @@ from stickslip.control.precise.learning import (
     teach,
 )
 from stickslip.control.precise.moving import WILD, go_on, shortest, start_move
-from stickslip.control.pulses import exact_kernels
+from stickslip.control.pulses import exact_choice, exact_learning, exact_state
 from stickslip.control.pulses.exact import ExactPulseController
-from stickslip.control.pulses.exact_kernels import (
-    COULOMB,
-    HELD_FAST,
-    HIGHEST,
-    law_of,
-    pulse_for,
-)
+from stickslip.control.pulses.exact_choice import pulse_for
+from stickslip.control.pulses.exact_learning import HIGHEST
+from stickslip.control.pulses.exact_state import COULOMB, HELD_FAST, law_of
 from stickslip.control.pulses.kernel import (
     EXACT,
     MOVING,
@@ -159,7 +155,7 @@ def _ended(p: Any, s: Any, own: Any) -> None:
     own.taught = max(own.taught, p.seen)
     if p.shakes >= SHAKES:
         _calm(p, own)
-    exact_kernels.lengthen_rest(s, own)
+    exact_choice.lengthen_rest(s, own)
     if p.known:
         _hasten(p, s, own)
     wait_for_rest(s)
@@ -196,7 +192,7 @@ def _leaves(p: Any, s: Any, x: float) -> bool:
 def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
     """Go on by a sample; return the effort until the next one."""
     inner = vector[SIZE:]
-    p, s, own = own_fields(vector), head(inner), exact_kernels.own_fields(inner)
+    p, s, own = own_fields(vector), head(inner), exact_state.own_fields(inner)
     x = sample.measured_position
     if p.begun == 0:
         p.begun, s.error = 1, s.target - x
@@ -224,16 +220,16 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
             p.brakings = p.held = 0
             p.holds = 0 if s.outcome == REACHED else p.holds
             if s.fresh:
-                exact_kernels.learn(s, own)
+                exact_learning.learn(s, own)
                 if p.known:
                     _hasten(p, s, own)
             if s.outcome == MOVING:
                 if p.unseen and abs(s.rest - p.start) <= s.least_motion:
                     p.unseen = 0
-                    exact_kernels.give_up(s, own, HELD_FAST)
+                    exact_choice.give_up(s, own, HELD_FAST)
                     return emit(s)
                 if not _moves(p, s, own, abs(s.error)):
-                    exact_kernels.plan(s, own)
+                    exact_choice.plan(s, own)
                     if s.phase != PULSING and own.reason != HELD_FAST and p.pauses < _PAUSES:
                         _pause(p, s)
                     return emit(s)
@@ -276,7 +272,7 @@ def _next_blind(vector: Float[np.ndarray, " s"]) -> float:
         inner[:] = after
         return u
     if p.moving == HOLDING:
-        own = exact_kernels.own_fields(inner)
+        own = exact_state.own_fields(inner)
         return hold(p, math.exp(own.values[0]), _sure_friction(own), False)
     if p.moving == BRAKING:
         left = p.brake_left > 0
@@ -284,7 +280,7 @@ def _next_blind(vector: Float[np.ndarray, " s"]) -> float:
         return p.brake if left else 0.0
     u = go_on(p, 0.0, False)
     if p.moving == 0:
-        _ended(p, head(inner), exact_kernels.own_fields(inner))
+        _ended(p, head(inner), exact_state.own_fields(inner))
     return u
 
 

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled import compiled
-from stickslip.control.pulses.exact_kernels import COULOMB, PARAMETERS, VISCOUS
+from stickslip.control.pulses.exact_state import COULOMB, PARAMETERS, VISCOUS
 from stickslip.numerics.named_fields import fields_at, places
 
 DELAYS, LAGS = 33, 4

@@ -10,8 +10,10 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.control.checks import check_class, check_fields
-from stickslip.control.pulses import exact_kernels as at
+from stickslip.control.pulses import exact_state as at
 from stickslip.control.pulses.controller import PulseController, longest_samples
+from stickslip.control.pulses.exact_choice import plan
+from stickslip.control.pulses.exact_learning import learn
 from stickslip.control.pulses.kernel import EXACT, MOVING, STOPPED, emit, head, readable, watch
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.named_fields import places
@@ -64,9 +66,9 @@ def _step(
     s, own = head(vector), at.own_fields(vector)
     if watch(vector, sample):
         if s.fresh:
-            at.learn(s, own)
+            learn(s, own)
         if s.outcome == MOVING:
-            at.plan(s, own)
+            plan(s, own)
     return vector, emit(s)
 
 

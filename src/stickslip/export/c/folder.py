@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import ExactPulseController
-from stickslip.control.pulses import exact, exact_kernels, kernel
+from stickslip.control.pulses import exact, exact_state, kernel
 from stickslip.estimation import EnergyEstimator
 from stickslip.estimation.online.kalman import state as kalman
 from stickslip.estimation.online.kalman.extended_kalman import ExtendedKalmanFilter
@@ -73,7 +73,7 @@ def _pulses(controller: ExactPulseController) -> Part:
     words = {
         value: name
         for name in ("NO_BETTER", "EXHAUSTED", "HELD_FAST")
-        for value in [getattr(exact_kernels, name)]
+        for value in [getattr(exact_state, name)]
     }
     outcomes = [
         (PositioningOutcome.MOVING.value, kernel.MOVING),
@@ -89,8 +89,8 @@ def _pulses(controller: ExactPulseController) -> Part:
             "reasons": [(words[value], value, text) for value, text in reasons.items()],
             "waiting": kernel.WAITING,
             "resting": kernel.RESTING,
-            "coulomb": exact_kernels.COULOMB,
-            "viscous": exact_kernels.VISCOUS,
+            "coulomb": exact_state.COULOMB,
+            "viscous": exact_state.VISCOUS,
         },
     )
 

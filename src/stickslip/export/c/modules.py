@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from stickslip.control.pulses import exact, exact_kernels, kernel
+from stickslip.control.pulses import exact, exact_state, kernel
 from stickslip.estimation.energy.known_inertia.online import recursion as energy_recursion
 from stickslip.estimation.energy.known_inertia.online import state as energy_state
 from stickslip.estimation.online import recursion
@@ -178,17 +178,17 @@ def pulses_module(window: int) -> Module:
         {
             "motion": _variable(kernel, "HEAD"),
             "pulse": _variable(kernel, "PULSE"),
-            "learned": _variable(exact_kernels, "OWN_DTYPE"),
+            "learned": _variable(exact_state, "OWN_DTYPE"),
         },
     )
-    own = kernel.OWN + places(exact_kernels.OWN_DTYPE)
+    own = kernel.OWN + places(exact_state.OWN_DTYPE)
     layout = Layout(
         name,
         own + window,
         (Flat("window", own, window, "positions in which rest is looked for"),),
         (
             ("motion", 0, structs.of(kernel.HEAD)),
-            ("learned", kernel.OWN, structs.of(exact_kernels.OWN_DTYPE)),
+            ("learned", kernel.OWN, structs.of(exact_state.OWN_DTYPE)),
         ),
     )
     sample = given_struct("stickslip_sample", SensorSample._fields, _SAMPLE_UNITS)
