@@ -89,9 +89,11 @@ def moved(
     stop: float = inf,
     noise: float = 0.0,
     sensor: Samples = lambda _, x: x,
+    delay: int = 0,
     samples: int = 800,
 ) -> Moved:
-    """Run a move under a load, with a sign of the effort, an end stop and a sensor."""
+    """Run a move under a load, with a sign and delay of the effort, an end stop and a sensor."""
+    efforts = [0.0] * delay
     generator = np.random.default_rng(1)
     target = guard.controller.target
     low, high = sorted((0.0, target))
@@ -99,9 +101,10 @@ def moved(
     for k in range(samples):
         seen = STEP * round((sensor(k * T, x) + noise * float(generator.normal())) / STEP)
         state, effort = guard.step(state, SensorSample(k * T, seen, nan, nan, nan))
+        efforts.append(effort)
         wrong += guard.outcome(state) is REACHED and abs(x - target) > 2.0 * TOLERANCE
         for _ in range(round(T / FINE)):
-            force = sign * effort + load
+            force = sign * efforts[-1 - delay] + load
             force -= max(STOP * (x - stop) + DAMPS * v, 0.0) if x > stop else 0.0
             x, v = advanced(x, v, force)
             farthest = max(farthest, x - high, low - x)
@@ -128,6 +131,14 @@ def test_an_effort_of_the_wrong_sign_is_stopped_at_the_start(
     assert "sign" in run.why
     assert run.speed == 0.0
     assert run.farthest < WAY
+
+
+@pytest.mark.parametrize("limit", [100.0, 200.0, 300.0])
+def test_a_delay_as_long_as_the_move_is_no_wrong_sign(limit: float) -> None:
+    """The axis starts when the effort already brakes."""
+    run = moved(guarded(limit), delay=5)
+    assert run.why == "None"
+    assert run.outcome is REACHED
 
 
 @pytest.mark.parametrize("share", [1.1, 1.3, 1.6, 2.0])

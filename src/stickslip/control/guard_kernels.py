@@ -60,9 +60,10 @@ STATE = np.dtype(
         ("below", "i8"),
         ("effort", "f8"),  # last one sent
         ("follows", "i8"),  # 1 once the axis has moved by a strong effort, along it
-        ("driven", "i8"),  # samples in a row of strong effort to one side, before that
+        ("driven", "i8"),  # samples after the first strong effort to one side, before that
         ("driven_x", "f8"),  # position at the first of them
         ("driven_by", "f8"),  # that effort
+        ("wait", "i8"),  # samples that may show what an effort to the other side has done
         ("turning", "f8"),  # change of position in a sample, over the last clear way against it
         ("pushing", "i8"),  # samples in a row with nearly the largest effort and no motion
         ("pushing_from", "f8"),
@@ -175,21 +176,26 @@ def _falls(g: Any, x: float, v: float, rests: bool) -> bool:
 @compiled()
 def _turns_away(g: Any, x: float) -> bool:
     """Return whether the first strong effort to one side accelerates the axis to the other."""
-    if g.follows == 1:
-        return False
     strong = abs(g.effort) >= _DRIVES * g.effort_limit
-    if not strong or g.effort * g.driven_by <= 0.0:
-        g.driven, g.turning = 0, 0.0
+    if g.follows == 1 or not (strong or g.driven_by != 0.0):
+        return False
+    if strong and g.effort * g.driven_by <= 0.0:
+        # Behind a delay the axis goes on by the effort before
+        g.wait = 0 if g.driven_by == 0.0 else _ALIKE
+        g.driven_by = g.effort
+        g.driven, g.turning, g.driven_x = 0, 0.0, x
+    if g.wait > 0:
+        g.wait -= 1
+        g.driven_x = x
+        return False
     g.driven += 1
-    if g.driven == 1:
-        g.driven_x, g.driven_by = x, g.effort
     way, error = np.copysign(1.0, g.driven_by) * (x - g.driven_x), _CLEAR * g.resolution
     g.follows = 1 if way > error else 0
-    if way >= -error:
+    if not strong or way >= -error:
         return False
-    pace = way / (g.driven - 1)
+    pace = way / g.driven
     faster = pace < _FASTER * g.turning < 0.0
-    g.turning, g.driven, g.driven_x = pace, 1, x
+    g.turning, g.driven, g.driven_x = pace, 0, x
     return faster
 
 
