@@ -368,7 +368,7 @@ class SelectedModelEstimator:
             )
         causes.append(within_presliding(model, estimate, self.include, motions))
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
-        causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
+        causes.append(unexplained_effort(log.log, motions, model, rows, self.tuning.plausibility))
         causes.append(wrong_model(model, self.tuning.plausibility))
         estimate = self._with_selection(log, motions, model, estimate)
         if estimate.status is Status.UNPHYSICAL:

@@ -70,6 +70,9 @@ class PlausibilityTuning:
     largest_residual: float = 0.25
     """Share of the effort that no term and no noise explains [-], beyond which the model is not
     what moves the axis."""
+    largest_jitter: float = 0.15
+    """Of the time stamps [-], from which it may be their errors that leave the effort unexplained:
+    a bus or an operating system delays them by less."""
 
 
 _LATTICE = 1e-5  # relative, to which readings of an encoder are multiples of its step
@@ -252,6 +255,7 @@ def untested(model: Model) -> str:
 
 
 def unexplained_effort(
+    log: AxisLog,
     motions: SlipMotions,
     model: Model,
     rows: ModelRows,
@@ -261,7 +265,7 @@ def unexplained_effort(
 
     Parameters
     ----------
-    motions
+    log, motions
         As prepared.
     model, rows
         As fitted.
@@ -279,7 +283,10 @@ def unexplained_effort(
     effort *= float(np.linalg.norm(weight.held(0.0)))
     left = max(residual - position**2 - effort**2, 0.0)
     share = float(np.sqrt(left / max(float(np.mean(model.rows.own_effort**2)), _TINY)))
-    return _UNEXPLAINED.format(100 * share) if share >= tuning.largest_residual else ""
+    if share < tuning.largest_residual:
+        return ""
+    text = _UNEXPLAINED if log.timing_jitter < tuning.largest_jitter else _UNEXPLAINED_BY_TIME
+    return text.format(100 * share)
 
 
 def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:
@@ -310,6 +317,11 @@ def unexplained(log: AxisLog, share: float) -> list[str]:
     return [_UNEXPLAINED.format(100 * left)] if large else []
 
 
+_UNEXPLAINED_BY_TIME = (
+    "{:.0f} % of the effort is explained by no term and no noise, and the time stamps are uneven "
+    "or coarse; record finer ones, or give the sampling time if the samples are evenly spaced "
+    "(--sampling-time)"
+)
 _UNEXPLAINED = (
     "{:.0f} % of the effort is explained by no term and no noise; check the columns and their "
     "units, and whether another axis, a load or a stop acts on this one"

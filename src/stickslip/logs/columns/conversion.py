@@ -10,7 +10,7 @@ from jaxtyping import Bool
 
 from stickslip.logs.columns.assignment import Assignment
 from stickslip.logs.columns.channels import Bound, axis_kind, bind
-from stickslip.logs.columns.clock import continued, unit_of_stamps
+from stickslip.logs.columns.clock import continued, unit_of_stamps, unrounded
 from stickslip.logs.columns.discovery import discover
 from stickslip.logs.columns.rates import Sampled, together
 from stickslip.logs.expressions import Expression, Value
@@ -187,10 +187,13 @@ def _sampled(
     first = bound["time"]
     column = first.expression.names[0] if first.expression.is_column else None
     values["time"], wraps = continued(values["time"])
+    values["time"], even = unrounded(
+        values["time"], column=first.expression.text, label=table.label
+    )
     clock = _Clock.of(table, values["time"], first.unit, column)
     note = f"{first.note}; {clock.reason}" if first.note else f"time: {clock.reason}"
     notes = [note if clock.reason else first.note, *notes] if clock.reason or first.note else notes
-    notes += wraps
+    notes += [*wraps, *even]
     if clock.origin:
         notes.append(f"time counts from {clock.origin:.12g} s of the stamps")
     in_seconds = first.unit is None and clock.factor == 1.0
@@ -289,7 +292,7 @@ def _time_of(
         column = own[0]
     stamps = table.load([column])[column]
     _check_finite(table, column, stamps)
-    stamps, _ = continued(stamps)
+    stamps, _ = unrounded(continued(stamps)[0], column=column, label=table.label)
     unit = table.units.get(column) or bound["time"].unit
     clock = replace(_Clock.of(table, stamps, unit, column), origin=first.origin)
     name = group.name or table.label
