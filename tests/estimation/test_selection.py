@@ -20,6 +20,7 @@ from stickslip.estimation.selection.rival_law import (
     rival_note,
     rival_shifts,
 )
+from stickslip.estimation.selection.search import SearchTuning, scanned_delay
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.records import AxisLog, InputError, LogSource, Status
 
@@ -158,7 +159,7 @@ def test_plain_axis_without_noise_is_exact() -> None:
 
 
 @pytest.mark.parametrize(
-    "delay", quick_where(lambda delay: abs(delay) > 0.005, [-0.0053, 0.0015, 0.002, 0.025])
+    "delay", quick_where(lambda delay: abs(delay) > 0.005, [-0.0053, 0.0015, 0.002, 0.09])
 )
 def test_delay_of_the_effort_is_estimated(delay: float) -> None:
     estimate = SelectedModelEstimator().fit(log_of(delay=delay))
@@ -169,6 +170,41 @@ def test_delay_of_the_effort_is_estimated(delay: float) -> None:
         std = estimate.parameters[name].std
         assert std is not None
         assert abs(estimate.value(name) - value) < 4.0 * std + SAMPLED * value
+
+
+@pytest.mark.parametrize("delay", [-0.0402, 0.0301])
+def test_a_delay_of_many_samples_is_estimated(delay: float) -> None:
+    """At 4 kHz, where Gauss-Newton steps of three samples do not lead that far."""
+    time = np.arange(0.0, 20.0, 0.25e-3)
+    noise = 0.02 * np.random.default_rng(1).standard_normal(time.size)
+    log = AxisLog(
+        name="stage",
+        kind="linear",
+        time=time,
+        effort=plain_effort(Motion(time=time + 0.125e-3 + delay)) + noise,
+        measured_position=Motion(time=time).position,
+    )
+    estimate = SelectedModelEstimator().fit(log)
+    assert estimate.status is Status.OK
+    assert estimate.value("effort_delay") == pytest.approx(delay, abs=2e-4)
+    assert estimate.value("mass") == pytest.approx(TRUTH["mass"], rel=0.01)
+
+
+def test_delays_are_looked_at_where_much_of_the_effort_is_unexplained() -> None:
+    def scanned(extra: Extra, delay: float) -> float:
+        model = SelectedModelEstimator(select=False).details(log_of(extra, delay=delay)).model
+        assert model is not None
+        return 1e-3 * scanned_delay(model, SearchTuning())
+
+    def none(motion: Motion) -> Float[np.ndarray, " n"]:
+        return 0.0 * motion.time
+
+    def other(motion: Motion) -> Float[np.ndarray, " n"]:
+        return 1.5 * np.sin(17.0 * motion.time)
+
+    assert scanned(none, 0.002) == 0.0
+    assert scanned(none, 0.082) == pytest.approx(0.08)
+    assert scanned(other, 0.0) == 0.0
 
 
 def test_a_law_that_explains_the_log_as_well_is_named() -> None:
@@ -536,14 +572,14 @@ def test_pulse_that_moves_the_axis_is_no_glitch() -> None:
     assert prepare(log).repaired == 0
 
 
-@pytest.mark.parametrize("delay", quick_where(lambda delay: delay == 0.0505, [0.0505, 0.06]))
+@pytest.mark.parametrize("delay", quick_where(lambda delay: delay == 0.101, [0.101, 0.12]))
 def test_a_delay_slightly_beyond_its_bound_is_a_mismatch(delay: float) -> None:
     assert SelectedModelEstimator().fit(log_of(delay=delay)).status is Status.MODEL_MISMATCH
 
 
 @pytest.mark.slow
 def test_delay_beyond_its_bound_is_a_mismatch() -> None:
-    estimate = SelectedModelEstimator().fit(log_of(delay=0.1))
+    estimate = SelectedModelEstimator().fit(log_of(delay=0.15))
     assert estimate.status is not Status.OK
 
 

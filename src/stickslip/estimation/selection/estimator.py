@@ -54,6 +54,7 @@ from stickslip.estimation.selection.search import (
     SearchTuning,
     half_width,
     noisy_elasticity,
+    scanned_delay,
     search,
     with_terms,
 )
@@ -463,7 +464,11 @@ class SelectedModelEstimator:
         # A wrong inertia would look like an elastic drive
         if self.inertia is not None or noisy_elasticity(model.rows, motions):
             left_out.add(ELASTIC)
-        model = with_terms(model, terms, self.include, tuning)
+        include = self.include
+        sought = DELAY in include or (self.select and DELAY not in left_out)
+        if sought and (late := scanned_delay(model, tuning)):
+            model, include = model.shifted(late), tuple(dict.fromkeys((DELAY, *include)))
+        model = with_terms(model, terms, include, tuning)
         if not self.select:
             return model, ()
         terms = [term for term in terms if term.name not in left_out]
