@@ -20,7 +20,6 @@ from stickslip.estimation.selection.rival_law import (
     rival_note,
     rival_shifts,
 )
-from stickslip.estimation.selection.search import SearchTuning, scanned_delay
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.records import AxisLog, InputError, LogSource, Status
 
@@ -170,41 +169,6 @@ def test_delay_of_the_effort_is_estimated(delay: float) -> None:
         std = estimate.parameters[name].std
         assert std is not None
         assert abs(estimate.value(name) - value) < 4.0 * std + SAMPLED * value
-
-
-@pytest.mark.parametrize("delay", [-0.0402, 0.0301])
-def test_a_delay_of_many_samples_is_estimated(delay: float) -> None:
-    """At 4 kHz, where Gauss-Newton steps of three samples do not lead that far."""
-    time = np.arange(0.0, 20.0, 0.25e-3)
-    noise = 0.02 * np.random.default_rng(1).standard_normal(time.size)
-    log = AxisLog(
-        name="stage",
-        kind="linear",
-        time=time,
-        effort=plain_effort(Motion(time=time + 0.125e-3 + delay)) + noise,
-        measured_position=Motion(time=time).position,
-    )
-    estimate = SelectedModelEstimator().fit(log)
-    assert estimate.status is Status.OK
-    assert estimate.value("effort_delay") == pytest.approx(delay, abs=2e-4)
-    assert estimate.value("mass") == pytest.approx(TRUTH["mass"], rel=0.01)
-
-
-def test_delays_are_looked_at_where_much_of_the_effort_is_unexplained() -> None:
-    def scanned(extra: Extra, delay: float) -> float:
-        model = SelectedModelEstimator(select=False).details(log_of(extra, delay=delay)).model
-        assert model is not None
-        return 1e-3 * scanned_delay(model, SearchTuning())
-
-    def none(motion: Motion) -> Float[np.ndarray, " n"]:
-        return 0.0 * motion.time
-
-    def other(motion: Motion) -> Float[np.ndarray, " n"]:
-        return 1.5 * np.sin(17.0 * motion.time)
-
-    assert scanned(none, 0.002) == 0.0
-    assert scanned(none, 0.082) == pytest.approx(0.08)
-    assert scanned(other, 0.0) == 0.0
 
 
 def test_a_law_that_explains_the_log_as_well_is_named() -> None:

@@ -33,6 +33,7 @@ from stickslip.estimation.selection.plausibility import (
     too_slow_sampling,
     unexplained_effort,
     unsettled_delay,
+    unsigned_effort,
     untested,
     within_presliding,
     wrong_delay,
@@ -376,6 +377,9 @@ class SelectedModelEstimator:
             reverse = reversed_sign(model, kind, self.tuning.plausibility)
             estimate = judged(estimate, [reverse] if reverse else [], Status.UNPHYSICAL)
         estimate = judged(estimate, [cause for cause in causes if cause])
+        if not estimate.status.trusted:
+            unsigned = unsigned_effort(log.log, driven, self.tuning.plausibility)
+            estimate = judged(estimate, [unsigned] if unsigned else [])
         short = untested(model) if self.select else ""
         if short and estimate.status.usable:
             estimate = judged(estimate, [short], Status.INSUFFICIENT_EXCITATION)

@@ -70,6 +70,10 @@ class PlausibilityTuning:
     largest_residual: float = 0.25
     """Share of the effort that no term and no noise explains [-], beyond which the model is not
     what moves the axis."""
+    unsigned_level: float = 0.05
+    """Of the largest effort [-], below which an effort is next to zero."""
+    unsigned_share: float = 0.001
+    """Of the samples that are [-], from which an effort goes to zero and not there by chance."""
     largest_jitter: float = 0.15
     """Of the time stamps [-], from which it may be their errors that leave the effort unexplained:
     a bus or an operating system delays them by less."""
@@ -287,6 +291,28 @@ def unexplained_effort(
         return ""
     text = _UNEXPLAINED if log.timing_jitter < tuning.largest_jitter else _UNEXPLAINED_BY_TIME
     return text.format(100 * share)
+
+
+def unsigned_effort(log: AxisLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
+    """Return that the effort may lack its sign; empty if it has both, or stays away from zero.
+
+    Parameters
+    ----------
+    log, motions
+        As prepared, of an effort that no model explains.
+    tuning
+        What is plausible.
+    """
+    size = np.abs(log.effort)
+    near = float(np.mean(size < tuning.unsigned_level * np.max(size)))
+    direction = motions.moving(lambda m: m.direction)
+    one_way = not np.any(direction > 0) or not np.any(direction < 0)
+    if one_way or np.min(log.effort) < 0.0 < np.max(log.effort) or near < tuning.unsigned_share:
+        return ""
+    return (
+        "the effort goes to zero and never changes its sign in moves both ways: it may be the "
+        "size of a force or current; log it with its sign"
+    )
 
 
 def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:

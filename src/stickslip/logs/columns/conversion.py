@@ -28,6 +28,15 @@ _SMALLEST, _LARGEST = 1e-20, 1e20
 _HUGE = 1e300
 """A value that even a tiny factor does not make zero."""
 
+_BITS = (16, 32)
+"""Sizes of signed numbers that may be written as unsigned ones."""
+
+_NEAR_END = 1.5
+"""Step between two samples, in halves of their range [-], that is one from end to end."""
+
+_FEWEST_JUMPS = 3
+"""Of such steps: fewer may be faults."""
+
 _DISTANT = 1e5
 """Stamps that begin later than this count from the first [s]: they are those of a calendar."""
 
@@ -305,15 +314,19 @@ def _channels(
 ) -> tuple[dict[str, Column], list[str]]:
     """Return each channel in SI units, but for the time, and the assumptions about it."""
     names = [name for each in bound.values() for name in each.expression.names]
-    columns = table.load([name for name in dict.fromkeys(names) if name in table.headers])
+    columns = dict(table.load([name for name in dict.fromkeys(names) if name in table.headers]))
     stamps = bound["time"].expression.names if "time" in bound else ()
     slower = {name for name, column in columns.items() if name not in stamps and is_slower(column)}
     for name, column in columns.items():
         full = np.where(np.isnan(column), 0.0, column) if name in slower else column
         _check_finite(table, name, full)
+    notes: list[str] = []
+    for name in bound["effort"].expression.names:
+        if name in columns:
+            columns[name], found = _signed(name, columns[name])
+            notes += found
     values: dict[str, Value] = {**table.constants, **columns}
     channels: dict[str, Column] = {}
-    notes: list[str] = []
     for channel, each in bound.items():
         with np.errstate(all="ignore"):  # what overflows is found by its result
             result = np.asarray(each.expression.evaluate(values), dtype=np.float64)
@@ -337,6 +350,26 @@ def _channels(
         channels[channel] = np.full(result.shape, np.nan)
         channels[channel][rows] = _scaled(channel, each, result[rows], factor, kind)
     return channels, notes
+
+
+def _signed(name: str, column: Column) -> tuple[Column, list[str]]:
+    """Return signed numbers that were read as unsigned ones as they are, and a note on it.
+
+    Between two samples no effort goes from the one end of an unsigned range to the other.
+    """
+    whole = column[~np.isnan(column)]
+    if not whole.size or whole.min() < 0.0 or np.any(whole != np.floor(whole)):
+        return column, []
+    for bits in _BITS:
+        half = 2.0 ** (bits - 1)
+        jumps = np.abs(np.diff(whole)) > _NEAR_END * half
+        if whole.max() < 2.0 * half and np.sum(jumps) >= _FEWEST_JUMPS:
+            signed = np.where(column >= half, column - 2.0 * half, column)
+            return signed, [
+                f"effort: column {name!r} has signed numbers of {bits} bits that were written as "
+                "unsigned ones; their sign is restored"
+            ]
+    return column, []
 
 
 def _scaled(channel: str, bound: Bound, values: Column, factor: float, kind: AxisKind) -> Column:
