@@ -77,3 +77,25 @@ def test_an_effort_without_its_sign_is_named() -> None:
     assert named(log, -size)
     assert not named(log, log.effort[::-1])  # of both signs
     assert not named(log, 10.0 + size)  # away from zero
+
+
+@pytest.mark.parametrize(
+    ("step", "viscous", "noise", "coarse"),
+    [
+        (0.1, 0.3, 0.0, True),
+        (0.05, 0.3, 0.0, False),  # of 0.5 N Coulomb friction
+        (0.1, 4.0, 0.0, False),  # viscous friction goes over many steps
+        (0.1, 0.3, 0.1, False),  # noise makes rounding errors noise
+    ],
+)
+def test_steps_of_the_effort_that_hide_friction_are_named(
+    step: float, viscous: float, noise: float, coarse: bool
+) -> None:
+    log = log_of()
+    velocity = 0.1 * np.sin(2.0 * log.time) + 0.05 * np.sin(5.0 * log.time)
+    effort = log.effort - (4.0 - viscous) * velocity
+    effort = effort + noise * np.random.default_rng(2).standard_normal(effort.size)
+    estimate = SelectedModelEstimator().fit(replace(log, effort=step * np.rint(effort / step)))
+    found = [note for note in estimate.diagnostics.notes if "recorded in steps of" in note]
+    assert bool(found) == coarse
+    assert (estimate.status is Status.MODEL_MISMATCH) == coarse

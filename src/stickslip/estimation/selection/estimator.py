@@ -26,6 +26,7 @@ from stickslip.estimation.selection.model_rows import (
 )
 from stickslip.estimation.selection.plausibility import (
     PlausibilityTuning,
+    coarse_effort,
     implausible_time,
     implausible_units,
     reversed_sign,
@@ -371,6 +372,9 @@ class SelectedModelEstimator:
         causes.append(within_presliding(model, estimate, self.include, motions))
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(log.log, motions, model, rows, self.tuning.plausibility))
+        causes.append(
+            coarse_effort(model, motions, log.log.unit("effort"), self.tuning.plausibility)
+        )
         causes.append(wrong_model(model, self.tuning.plausibility))
         estimate = self._with_selection(log, motions, model, estimate)
         if estimate.status is Status.UNPHYSICAL:
@@ -379,7 +383,7 @@ class SelectedModelEstimator:
         estimate = judged(estimate, [cause for cause in causes if cause])
         if not estimate.status.trusted:
             unsigned = unsigned_effort(log.log, driven, self.tuning.plausibility)
-            estimate = judged(estimate, [unsigned] if unsigned else [])
+            estimate = judged(estimate, [unsigned] if unsigned else [], estimate.status)
         short = untested(model) if self.select else ""
         if short and estimate.status.usable:
             estimate = judged(estimate, [short], Status.INSUFFICIENT_EXCITATION)

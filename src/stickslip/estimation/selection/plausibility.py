@@ -70,6 +70,16 @@ class PlausibilityTuning:
     largest_residual: float = 0.25
     """Share of the effort that no term and no noise explains [-], beyond which the model is not
     what moves the axis."""
+    fewest_levels: int = 20
+    """Distinct efforts: fewer are those that a drive is given."""
+    most_levels: int = 2000
+    """Distinct efforts: steps of more of them are small."""
+    largest_step: float = 0.15
+    """Of the effort over Coulomb friction [-], from which rounding may turn viscous friction."""
+    least_rise: float = 0.5
+    """The same over the largest viscous friction [-]."""
+    dithered: float = 0.5
+    """Noise of the effort over its step [-], above which rounding errors are noise."""
     unsigned_level: float = 0.05
     """Of the largest effort [-], below which an effort is next to zero."""
     unsigned_share: float = 0.001
@@ -291,6 +301,28 @@ def unexplained_effort(
         return ""
     text = _UNEXPLAINED if log.timing_jitter < tuning.largest_jitter else _UNEXPLAINED_BY_TIME
     return text.format(100 * share)
+
+
+def coarse_effort(model: Model, motions: SlipMotions, unit: str, tuning: PlausibilityTuning) -> str:
+    """Return that friction is hardly more than the steps of the effort; empty if it is.
+
+    Rounding errors of an effort that changes little in a move are no noise: friction takes them up.
+    """
+    levels = np.unique(np.concatenate([m.effort[m.usable] for m in motions.stretches]))
+    if not tuning.fewest_levels <= levels.size <= tuning.most_levels or not testable(model):
+        return ""
+    step = _common_step(np.diff(levels))
+    noise = noise_level(np.concatenate([m.effort for m in motions.stretches]))
+    coulomb, viscous = np.abs(model.friction())
+    rise = viscous * motions.top_speed  # over several steps, rounding averages out
+    if step <= max(tuning.largest_step * coulomb, tuning.least_rise * rise):
+        return ""
+    if noise > tuning.dithered * step:
+        return ""
+    return (
+        f"the effort is recorded in steps of {step:.3g} {unit}, {100 * step / coulomb:.0f} % of "
+        "the Coulomb friction, whose rounding is no noise; record it with more digits or bits"
+    )
 
 
 def unsigned_effort(log: AxisLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
