@@ -265,3 +265,29 @@ def test_what_is_stated_as_the_file_has_it_needs_no_words(read):
     schema = LogSchema(units={"position": "deg"})
     assumptions = read(["t", "x [°]", "torque [N m]"], schema).source.assumptions
     assert not any("as stated" in each for each in assumptions)
+
+
+def test_the_case_of_the_name_of_an_axis_is_open(read):
+    header = ["time", "X.pos [m]", "X.force [N]", "Y.pos [m]", "Y.force [N]"]
+    assert column(read(header, axis="X"), "effort") == [2.0, 3.0, 5.0]
+    with refuses("axis_not_found"):
+        read(header, axis="Z")
+
+
+@pytest.mark.parametrize("bits", [16, 32])
+def test_signed_efforts_that_were_written_as_unsigned_are_read(tmp_path, bits):
+    effort = np.rint(2000 * np.sin(0.3 * np.arange(100)))
+    written = np.mod(effort, 2**bits)
+
+    def log_of(values):
+        path = tmp_path / "stage.csv"
+        rows = [f"{k},{k * k},{int(value)}" for k, value in enumerate(values)]
+        path.write_text("\n".join(["t [ms],position [um],force [N]", *rows, ""]))
+        return read_log(path)
+
+    log = log_of(written)
+    np.testing.assert_array_equal(log.effort, effort)
+    assert any("sign is restored" in each for each in log.source.assumptions)
+    # An offset instead, or faults
+    for other in (effort + 2 ** (bits - 1), np.where(np.arange(100) == 50, 2**bits - 1, 100)):
+        np.testing.assert_array_equal(log_of(other).effort, other)

@@ -190,3 +190,40 @@ def test_an_infinite_value_of_a_slower_channel_is_refused():
         read(table({"": {"t": FAST, "angle": np.cos(FAST), "torque": torque}}))
     assert refused.value.code == "column_not_finite"
     assert "torque 800" in str(refused.value)
+
+
+def read_stamps(stamps):
+    place = np.cumsum(np.ones(stamps.size))
+    return read(table({"": {"t": stamps, "angle": np.cos(place), "torque": np.sin(place)}}))
+
+
+@pytest.mark.parametrize("rounded", [np.floor, np.rint])
+@pytest.mark.parametrize("period", [0.25e-3, 0.75e-3, 0.9995e-3, 1.02e-3, 2.5e-3, 9.9e-3])
+def test_stamps_of_a_uniform_clock_that_are_rounded_are_uniform(period, rounded):
+    log = read_stamps(rounded(1e3 * (period * np.arange(5000) + 3e-4)) / 1e3)
+    assert log.timing_jitter < 1e-6
+    assert log.sampling_time == pytest.approx(period, abs=1e-3 / 4000)
+    assert any("rounded to multiples of 0.001" in each for each in log.source.assumptions)
+
+
+def test_rounded_stamps_of_a_uniform_clock_may_have_gaps():
+    stamps = 2.5e-3 * np.arange(5000) + np.where(np.arange(5000) < 2000, 0.0, 0.1234)
+    log = read_stamps(np.floor(1e3 * stamps) / 1e3)
+    assert log.segment_starts.tolist() == [0, 2000]
+    assert log.timing_jitter < 1e-6
+    assert log.sampling_time == pytest.approx(2.5e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("resolution", [1e-3, 15.6e-3])
+def test_rounded_stamps_of_no_uniform_clock_are_refused_by_that_name(resolution):
+    stamps = np.cumsum(np.random.default_rng(1).uniform(0.4e-3, 1e-3, 5000))
+    with pytest.raises(InputError) as refused:
+        read_stamps(np.floor(stamps / resolution) * resolution)
+    assert refused.value.code == "time_rounded"
+
+
+def test_stamps_with_jitter_are_not_taken_for_rounded():
+    steps = 1e-3 * np.random.default_rng(1).integers(8, 13, 5000)
+    stamps = np.cumsum(steps)
+    log = read_stamps(stamps)
+    np.testing.assert_array_equal(log.time, stamps)

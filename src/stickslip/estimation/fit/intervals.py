@@ -154,9 +154,10 @@ def _cosines(
     for each in [0] if log is None else np.unique(log).tolist():
         own = np.arange(leverage.size) if log is None else np.flatnonzero(log == each)
         time, rows = information_time(leverage[own])
-        number = np.arange(1, frequencies(rows, most) + 1)
-        cosines = np.cos(np.pi * np.outer(number, time)) / np.sqrt(number.size)
-        blocks.append((own, cosines))
+        count = frequencies(rows, most)
+        # cos(k x) is the Chebyshev polynomial of cos(x): one cosine a row
+        cosines = np.polynomial.chebyshev.chebvander(np.cos(np.pi * time), count)[:, 1:].T
+        blocks.append((own, cosines / np.sqrt(count)))
     return blocks
 
 

@@ -239,7 +239,9 @@ class JointEstimator:
                 too_slow_sampling(each.log, each.motions, plausibility),
                 wrong_inertia(alone, kind, logs[0].unit(kind), plausibility)
                 or reversed_sign(alone, kind, plausibility),
-                unexplained_effort(each.motions, alone, model_rows(alone, kind), plausibility),
+                unexplained_effort(
+                    each.log.log, each.motions, alone, model_rows(alone, kind), plausibility
+                ),
             )
             causes += [f"{each.name}: {cause}" for cause in own if cause]
         causes += differences[True]

@@ -26,6 +26,7 @@ from stickslip.estimation.selection.model_rows import (
 )
 from stickslip.estimation.selection.plausibility import (
     PlausibilityTuning,
+    coarse_effort,
     implausible_time,
     implausible_units,
     reversed_sign,
@@ -33,6 +34,7 @@ from stickslip.estimation.selection.plausibility import (
     too_slow_sampling,
     unexplained_effort,
     unsettled_delay,
+    unsigned_effort,
     untested,
     within_presliding,
     wrong_delay,
@@ -54,6 +56,7 @@ from stickslip.estimation.selection.search import (
     SearchTuning,
     half_width,
     noisy_elasticity,
+    scanned_delay,
     search,
     with_terms,
 )
@@ -368,13 +371,19 @@ class SelectedModelEstimator:
             )
         causes.append(within_presliding(model, estimate, self.include, motions))
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
-        causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
+        causes.append(unexplained_effort(log.log, motions, model, rows, self.tuning.plausibility))
+        causes.append(
+            coarse_effort(model, motions, log.log.unit("effort"), self.tuning.plausibility)
+        )
         causes.append(wrong_model(model, self.tuning.plausibility))
         estimate = self._with_selection(log, motions, model, estimate)
         if estimate.status is Status.UNPHYSICAL:
             reverse = reversed_sign(model, kind, self.tuning.plausibility)
             estimate = judged(estimate, [reverse] if reverse else [], Status.UNPHYSICAL)
         estimate = judged(estimate, [cause for cause in causes if cause])
+        if not estimate.status.trusted:
+            unsigned = unsigned_effort(log.log, driven, self.tuning.plausibility)
+            estimate = judged(estimate, [unsigned] if unsigned else [], estimate.status)
         short = untested(model) if self.select else ""
         if short and estimate.status.usable:
             estimate = judged(estimate, [short], Status.INSUFFICIENT_EXCITATION)
@@ -463,7 +472,11 @@ class SelectedModelEstimator:
         # A wrong inertia would look like an elastic drive
         if self.inertia is not None or noisy_elasticity(model.rows, motions):
             left_out.add(ELASTIC)
-        model = with_terms(model, terms, self.include, tuning)
+        include = self.include
+        sought = DELAY in include or (self.select and DELAY not in left_out)
+        if sought and (late := scanned_delay(model, tuning)):
+            model, include = model.shifted(late), tuple(dict.fromkeys((DELAY, *include)))
+        model = with_terms(model, terms, include, tuning)
         if not self.select:
             return model, ()
         terms = [term for term in terms if term.name not in left_out]

@@ -70,6 +70,23 @@ class PlausibilityTuning:
     largest_residual: float = 0.25
     """Share of the effort that no term and no noise explains [-], beyond which the model is not
     what moves the axis."""
+    fewest_levels: int = 20
+    """Distinct efforts: fewer are those that a drive is given."""
+    most_levels: int = 2000
+    """Distinct efforts: steps of more of them are small."""
+    largest_step: float = 0.15
+    """Of the effort over Coulomb friction [-], from which rounding may turn viscous friction."""
+    least_rise: float = 0.5
+    """The same over the largest viscous friction [-]."""
+    dithered: float = 0.5
+    """Noise of the effort over its step [-], above which rounding errors are noise."""
+    unsigned_level: float = 0.05
+    """Of the largest effort [-], below which an effort is next to zero."""
+    unsigned_share: float = 0.001
+    """Of the samples that are [-], from which an effort goes to zero and not there by chance."""
+    largest_jitter: float = 0.15
+    """Of the time stamps [-], from which it may be their errors that leave the effort unexplained:
+    a bus or an operating system delays them by less."""
 
 
 _LATTICE = 1e-5  # relative, to which readings of an encoder are multiples of its step
@@ -252,6 +269,7 @@ def untested(model: Model) -> str:
 
 
 def unexplained_effort(
+    log: AxisLog,
     motions: SlipMotions,
     model: Model,
     rows: ModelRows,
@@ -261,7 +279,7 @@ def unexplained_effort(
 
     Parameters
     ----------
-    motions
+    log, motions
         As prepared.
     model, rows
         As fitted.
@@ -279,7 +297,54 @@ def unexplained_effort(
     effort *= float(np.linalg.norm(weight.held(0.0)))
     left = max(residual - position**2 - effort**2, 0.0)
     share = float(np.sqrt(left / max(float(np.mean(model.rows.own_effort**2)), _TINY)))
-    return _UNEXPLAINED.format(100 * share) if share >= tuning.largest_residual else ""
+    if share < tuning.largest_residual:
+        return ""
+    text = _UNEXPLAINED if log.timing_jitter < tuning.largest_jitter else _UNEXPLAINED_BY_TIME
+    return text.format(100 * share)
+
+
+def coarse_effort(model: Model, motions: SlipMotions, unit: str, tuning: PlausibilityTuning) -> str:
+    """Return that friction is hardly more than the steps of the effort; empty if it is.
+
+    Rounding errors of an effort that changes little in a move are no noise: friction takes them up.
+    """
+    levels = np.unique(np.concatenate([m.effort[m.usable] for m in motions.stretches]))
+    if not tuning.fewest_levels <= levels.size <= tuning.most_levels or not testable(model):
+        return ""
+    step = _common_step(np.diff(levels))
+    noise = noise_level(np.concatenate([m.effort for m in motions.stretches]))
+    coulomb, viscous = np.abs(model.friction())
+    rise = viscous * motions.top_speed  # over several steps, rounding averages out
+    if step <= max(tuning.largest_step * coulomb, tuning.least_rise * rise):
+        return ""
+    if noise > tuning.dithered * step:
+        return ""
+    return (
+        f"the effort is recorded in steps of {step:.3g} {unit}, {100 * step / coulomb:.0f} % of "
+        "the Coulomb friction, whose rounding is no noise; record it with more digits or bits"
+    )
+
+
+def unsigned_effort(log: AxisLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
+    """Return that the effort may lack its sign; empty if it has both, or stays away from zero.
+
+    Parameters
+    ----------
+    log, motions
+        As prepared, of an effort that no model explains.
+    tuning
+        What is plausible.
+    """
+    size = np.abs(log.effort)
+    near = float(np.mean(size < tuning.unsigned_level * np.max(size)))
+    direction = motions.moving(lambda m: m.direction)
+    one_way = not np.any(direction > 0) or not np.any(direction < 0)
+    if one_way or np.min(log.effort) < 0.0 < np.max(log.effort) or near < tuning.unsigned_share:
+        return ""
+    return (
+        "the effort goes to zero and never changes its sign in moves both ways: it may be the "
+        "size of a force or current; log it with its sign"
+    )
 
 
 def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:
@@ -310,6 +375,11 @@ def unexplained(log: AxisLog, share: float) -> list[str]:
     return [_UNEXPLAINED.format(100 * left)] if large else []
 
 
+_UNEXPLAINED_BY_TIME = (
+    "{:.0f} % of the effort is explained by no term and no noise, and the time stamps are uneven "
+    "or coarse; record finer ones, or give the sampling time if the samples are evenly spaced "
+    "(--sampling-time)"
+)
 _UNEXPLAINED = (
     "{:.0f} % of the effort is explained by no term and no noise; check the columns and their "
     "units, and whether another axis, a load or a stop acts on this one"

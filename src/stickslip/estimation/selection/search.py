@@ -34,6 +34,7 @@ __all__ = [
     "half_width",
     "noisy_elasticity",
     "refined",
+    "scanned_delay",
     "search",
     "with_terms",
 ]
@@ -80,8 +81,14 @@ class SearchTuning:
     """Least share of the moves that wider windows must fit into, of that of narrower ones [-]."""
     most_terms: int = 6
     """In one model, beyond the first four."""
-    largest_delay: float = 0.05
+    largest_delay: float = 0.1
     """Of the effort, either way [s]."""
+    unexplained: float = 0.05
+    """Share of the effort that the plain model leaves [-], from which all delays are looked at."""
+    delay_gain: float = 0.5
+    """Share of its square that the best of them must leave at most [-]."""
+    scanned_step: float = 0.005
+    """Between these delays [s]: half of the narrowest window."""
     settled_delay: float = 0.005
     """Step of the delay below which it is found [samples]."""
     delay_steps: int = 40
@@ -149,6 +156,31 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
         if wider * sampling_time > widest:
             return half
         half = wider
+
+
+def scanned_delay(model: Model, tuning: SearchTuning) -> float:
+    """Return the delay of the effort that explains most if that is much, otherwise 0 [samples].
+
+    A delay of many samples makes the effort nonlinear in it, and nothing like its slope.
+    """
+    left = _left(model)
+    if left < tuning.unexplained**2:
+        return 0.0
+    steps = round(tuning.largest_delay / tuning.scanned_step)
+    step = tuning.scanned_step / model.rows.weight.sampling_time
+    delays = [step * k for k in range(-steps, steps + 1) if k]
+    trials = [(_left(model.shifted(delay)), delay) for delay in delays]
+    least, delay = min(trials)
+    return delay if least < tuning.delay_gain * left else 0.0
+
+
+def _left(model: Model) -> float:
+    """Return the share of the square of the effort that a model leaves; 1 if it is not testable."""
+    if not testable(model):
+        return 1.0
+    columns, target = model.columns(), model.target()
+    rest = target - columns @ least_squares(columns, target)
+    return float(np.sum(rest**2) / max(float(np.sum(model.rows.effort**2)), np.finfo(float).tiny))
 
 
 def noisy_elasticity(rows: WindowRows, motions: SlipMotions) -> bool:

@@ -193,8 +193,8 @@ def _left_out(
     """
     norms = np.linalg.norm(columns, axis=0)
     table = np.column_stack([columns / np.where(norms > 0, norms, 1.0), target])
-    starts = np.flatnonzero(np.diff(group, prepend=-1))
-    products = np.add.reduceat(table[:, :, None] * table[:, None, :], starts, axis=0)
+    parts = np.split(table, np.flatnonzero(np.diff(group)) + 1)
+    products = np.stack([part.T @ part for part in parts])
     rest = np.sum(products, axis=0) - products
     values = np.linalg.pinv(rest[:, :-1, :-1], rcond=1e-10, hermitian=True) @ rest[:, :-1, -1:]
     return products, values, norms

@@ -102,11 +102,14 @@ def one_axis(axes: Mapping[str, Axis], axis: str | int | None, *, label: str) ->
         )
     if axis is None:
         return next(iter(axes.values()))
-    if str(axis) not in axes and not named:
+    if str(axis) in axes:
+        return axes[str(axis)]
+    if not named:
         raise InputError("axis_of_no_axes", where=label, axis=str(axis))
-    if str(axis) not in axes:
+    alike = [name for name in named if name.casefold() == str(axis).casefold()]
+    if len(alike) != 1:
         raise InputError("axis_not_found", where=label, axis=str(axis), axes=named)
-    return axes[str(axis)]
+    return axes[alike[0]]
 
 
 def _named(stated: AxisSchema, name: str) -> AxisSchema:

@@ -34,6 +34,25 @@ _SECONDS = 1.0
 _AMBIGUOUS = 100
 """Fewest samples at which a step of 0.1 to 1 is ambiguous: it may be in s or in ms."""
 
+_COARSE = 0.01
+"""Resolution of stamps over the sampling time [-] from which they are not exact enough."""
+
+_COARSEST = 10.0
+"""The same up to which a lost sample still shows."""
+
+_OFF_LINE = 1.1
+"""Range of the deviations of rounded stamps from a uniform clock, in units of their resolution [-]:
+1 if the resolution itself is not rounded."""
+
+_UNEQUAL = 0.1
+"""Deviation of a step from a multiple of the resolution [-]: 15.6 ms may be printed in ms."""
+
+_MOST_GAPS = 0.01
+"""Share of the steps that are gaps in a uniform clock, or that are zero by chance [-]."""
+
+_FEWEST_STEPS = 20
+"""Of stamps that show a uniform clock [-]."""
+
 _ROUNDED = 1e-6
 """Relative error of a step: differences of large stamps are not exact."""
 
@@ -58,6 +77,59 @@ def continued(stamps: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"],
                 f"time: a counter of {bits} bits begins again at 0 in "
                 f"{count_of(back.size, 'place')}; continued"
             ]
+    return stamps, []
+
+
+def unrounded(
+    stamps: Float[np.ndarray, " n"], *, column: str, label: str
+) -> tuple[Float[np.ndarray, " n"], list[str]]:
+    """Return the stamps of a uniform clock that were rounded to a coarse resolution, and a note.
+
+    Steps of a uniform clock are the two multiples of the resolution around the sampling time. Rare
+    longer ones are gaps, behind which the clock goes on at any phase. Others are returned as they
+    are, unless some are equal.
+    """
+    steps = np.diff(stamps)
+    if steps.size < _FEWEST_STEPS or not np.isfinite(steps).all() or np.min(steps) < 0.0:
+        return stamps, []
+    low = float(np.min(steps))
+    high = float(np.min(steps[steps > low * (1.0 + _COARSE)], initial=np.inf))
+    unit = high - low
+    counts = steps / unit
+    if np.max(np.abs(counts - np.rint(counts))) > _UNEQUAL:
+        return stamps, []
+    gaps = np.flatnonzero(steps > high + 0.5 * unit)
+    starts = np.append(0, gaps + 1)
+    span = float(np.sum(steps) - np.sum(steps[gaps]))
+    count = np.arange(stamps.size, dtype=np.float64)
+    mean = span / (steps.size - gaps.size)
+    even = gaps.size <= _MOST_GAPS * steps.size and _COARSE * mean < unit < _COARSEST * mean
+
+    def ends(period: float) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
+        off = stamps - period * count
+        return np.minimum.reduceat(off, starts), np.maximum.reduceat(off, starts)
+
+    def width(period: float) -> float:
+        least, most = ends(period)
+        return float(np.max(most - least))
+
+    if even:
+        from scipy.optimize import minimize_scalar
+
+        reach = unit * starts.size / steps.size
+        found = minimize_scalar(
+            lambda share: width(mean + share * reach), bounds=(-1.0, 1.0), method="bounded"
+        )
+        period = mean + float(found.x) * reach
+        if width(period) <= _OFF_LINE * unit:
+            least, most = ends(period)
+            phase = np.repeat(0.5 * (least + most), np.diff(np.append(starts, stamps.size)))
+            return phase + period * count, [
+                f"time: the stamps are those of a uniform clock with a step of {period:.6g}, "
+                f"rounded to multiples of {unit:.4g}; the clock is used"
+            ]
+    if low == 0.0 and np.mean(steps == 0.0) > _MOST_GAPS:
+        raise InputError("time_rounded", where=label, column=column, unit=unit, step=mean)
     return stamps, []
 
 

@@ -10,7 +10,7 @@ from jaxtyping import Bool
 
 from stickslip.logs.columns.assignment import Assignment
 from stickslip.logs.columns.channels import Bound, axis_kind, bind
-from stickslip.logs.columns.clock import continued, unit_of_stamps
+from stickslip.logs.columns.clock import continued, unit_of_stamps, unrounded
 from stickslip.logs.columns.discovery import discover
 from stickslip.logs.columns.rates import Sampled, together
 from stickslip.logs.expressions import Expression, Value
@@ -27,6 +27,15 @@ _SMALLEST, _LARGEST = 1e-20, 1e20
 
 _HUGE = 1e300
 """A value that even a tiny factor does not make zero."""
+
+_BITS = (16, 32)
+"""Sizes of signed numbers that may be written as unsigned ones."""
+
+_NEAR_END = 1.5
+"""Step between two samples, in halves of their range [-], that is one from end to end."""
+
+_FEWEST_JUMPS = 3
+"""Of such steps: fewer may be faults."""
 
 _DISTANT = 1e5
 """Stamps that begin later than this count from the first [s]: they are those of a calendar."""
@@ -187,10 +196,13 @@ def _sampled(
     first = bound["time"]
     column = first.expression.names[0] if first.expression.is_column else None
     values["time"], wraps = continued(values["time"])
+    values["time"], even = unrounded(
+        values["time"], column=first.expression.text, label=table.label
+    )
     clock = _Clock.of(table, values["time"], first.unit, column)
     note = f"{first.note}; {clock.reason}" if first.note else f"time: {clock.reason}"
     notes = [note if clock.reason else first.note, *notes] if clock.reason or first.note else notes
-    notes += wraps
+    notes += [*wraps, *even]
     if clock.origin:
         notes.append(f"time counts from {clock.origin:.12g} s of the stamps")
     in_seconds = first.unit is None and clock.factor == 1.0
@@ -289,7 +301,7 @@ def _time_of(
         column = own[0]
     stamps = table.load([column])[column]
     _check_finite(table, column, stamps)
-    stamps, _ = continued(stamps)
+    stamps, _ = unrounded(continued(stamps)[0], column=column, label=table.label)
     unit = table.units.get(column) or bound["time"].unit
     clock = replace(_Clock.of(table, stamps, unit, column), origin=first.origin)
     name = group.name or table.label
@@ -302,15 +314,19 @@ def _channels(
 ) -> tuple[dict[str, Column], list[str]]:
     """Return each channel in SI units, but for the time, and the assumptions about it."""
     names = [name for each in bound.values() for name in each.expression.names]
-    columns = table.load([name for name in dict.fromkeys(names) if name in table.headers])
+    columns = dict(table.load([name for name in dict.fromkeys(names) if name in table.headers]))
     stamps = bound["time"].expression.names if "time" in bound else ()
     slower = {name for name, column in columns.items() if name not in stamps and is_slower(column)}
     for name, column in columns.items():
         full = np.where(np.isnan(column), 0.0, column) if name in slower else column
         _check_finite(table, name, full)
+    notes: list[str] = []
+    for name in bound["effort"].expression.names:
+        if name in columns:
+            columns[name], found = _signed(name, columns[name])
+            notes += found
     values: dict[str, Value] = {**table.constants, **columns}
     channels: dict[str, Column] = {}
-    notes: list[str] = []
     for channel, each in bound.items():
         with np.errstate(all="ignore"):  # what overflows is found by its result
             result = np.asarray(each.expression.evaluate(values), dtype=np.float64)
@@ -334,6 +350,26 @@ def _channels(
         channels[channel] = np.full(result.shape, np.nan)
         channels[channel][rows] = _scaled(channel, each, result[rows], factor, kind)
     return channels, notes
+
+
+def _signed(name: str, column: Column) -> tuple[Column, list[str]]:
+    """Return signed numbers that were read as unsigned ones as they are, and a note on it.
+
+    Between two samples no effort goes from the one end of an unsigned range to the other.
+    """
+    whole = column[~np.isnan(column)]
+    if not whole.size or whole.min() < 0.0 or np.any(whole != np.floor(whole)):
+        return column, []
+    for bits in _BITS:
+        half = 2.0 ** (bits - 1)
+        jumps = np.abs(np.diff(whole)) > _NEAR_END * half
+        if whole.max() < 2.0 * half and np.sum(jumps) >= _FEWEST_JUMPS:
+            signed = np.where(column >= half, column - 2.0 * half, column)
+            return signed, [
+                f"effort: column {name!r} has signed numbers of {bits} bits that were written as "
+                "unsigned ones; their sign is restored"
+            ]
+    return column, []
 
 
 def _scaled(channel: str, bound: Bound, values: Column, factor: float, kind: AxisKind) -> Column:
