@@ -64,6 +64,17 @@ def test_axes_with_mild_faults(name: str) -> None:
     assert row(CASES[name], drawn, outcomes)[1] == "4 of 4"
 
 
+def test_an_axis_that_the_effort_limit_does_not_move_is_not_driven_back() -> None:
+    """Static friction and a load are above the limit to the target, and below it away from it."""
+    drawn = varied(5606)
+    plant, limit = drawn.axis.plant, drawn.axis.tables["controller"]["effort_limit"]
+    static = plant.static_ratio * plant.coulomb_positive
+    assert static + plant.offset > limit > static - plant.offset
+    outcome = move_axis(drawn.axis, drawn.case)
+    assert outcome.farthest < 0.01
+    assert "blocked" in outcome.why[0]
+
+
 def test_the_default_controller_lands_axes_of_all_sizes() -> None:
     """Of 1000 axes two do not; three of 60 would be a chance of one in 4000."""
     drawn = [varied(seed) for seed in range(60)]

@@ -253,6 +253,13 @@ def _next_of_last(p: Any, v: float, speed: float) -> float:
 
 
 @compiled()
+def _unseen(p: Any) -> float:
+    """End a move that the sensors have not shown."""
+    p.moving, p.unseen = 0, 1 if p.strongest >= _FREES * p.limit else 0
+    return 0.0
+
+
+@compiled()
 def _decide(p: Any) -> float:
     """Return the next command, in the direction of the move; the move ends with `moving` 0."""
     x, v, speed = _ahead(p)
@@ -296,9 +303,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     """
     m, F, c = model(p)
     if p.seen == 0:
-        if p.samples > LONGEST_DELAY:
-            p.moving, p.unseen = 0, 1 if p.strongest >= _FREES * p.limit else 0
-        return 0.0
+        return _unseen(p) if p.samples > LONGEST_DELAY else 0.0
     p.ending = 1
     p.waited += 1
     coasts = 0.5 * m * speed * speed / max(F, 1e-300)
@@ -343,7 +348,8 @@ def go_on(p: Any, position: float, measured: bool) -> float:
                 p.p_xx, p.p_xv, p.p_vv = p.noise * p.noise, 0.0, p.p_vv + late * late
         else:
             learn(p, p.x, False)
-    u = _decide(p)
+    # What has not been seen to move is not braked
+    u = _unseen(p) if p.seen == 0 and p.samples > p.longest else _decide(p)
     p.strongest = max(p.strongest, abs(u))
     p.samples += 1
     return sign * u
