@@ -60,7 +60,7 @@ def test_where_steps_to_the_delay_begin(
     log = log_of(disturbance, delay=delay)
     model = SelectedModelEstimator(select=False).details(log).model
     assert model is not None
-    assert 1e-3 * scanned_delay(model, SearchTuning()) == pytest.approx(begins)
+    assert 1e-3 * scanned_delay(model, model, SearchTuning()) == pytest.approx(begins)
 
 
 def named(log: AxisLog, effort: Float[np.ndarray, " n"]) -> bool:

@@ -472,15 +472,19 @@ class SelectedModelEstimator:
         # A wrong inertia would look like an elastic drive
         if self.inertia is not None or noisy_elasticity(model.rows, motions):
             left_out.add(ELASTIC)
-        include = self.include
-        sought = DELAY in include or (self.select and DELAY not in left_out)
-        if sought and (late := scanned_delay(model, tuning)):
-            model, include = model.shifted(late), tuple(dict.fromkeys((DELAY, *include)))
-        model = with_terms(model, terms, include, tuning)
-        if not self.select:
-            return model, ()
-        terms = [term for term in terms if term.name not in left_out]
-        return search(model, terms, tuning, ripple="ripple" not in left_out), terms
+        offered = [term for term in terms if term.name not in left_out]
+
+        def found(start: Model, include: Sequence[str]) -> Model:
+            fixed = with_terms(start, terms, include, tuning)
+            if not self.select:
+                return fixed
+            return search(fixed, offered, tuning, ripple="ripple" not in left_out)
+
+        best = found(model, self.include)
+        sought = DELAY in self.include or (self.select and DELAY not in left_out)
+        if sought and (late := scanned_delay(model, best, tuning)):
+            best = found(model.shifted(late), tuple(dict.fromkeys((DELAY, *self.include))))
+        return best, offered if self.select else ()
 
     def _solved(
         self,

@@ -84,7 +84,7 @@ class SearchTuning:
     largest_delay: float = 0.1
     """Of the effort, either way [s]."""
     unexplained: float = 0.05
-    """Share of the effort that the plain model leaves [-], from which all delays are looked at."""
+    """Share of the effort that is left [-], from which all delays are looked at."""
     delay_gain: float = 0.5
     """Share of its square that the best of them must leave at most [-]."""
     scanned_step: float = 0.005
@@ -158,18 +158,19 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
         half = wider
 
 
-def scanned_delay(model: Model, tuning: SearchTuning) -> float:
-    """Return the delay of the effort that explains most if that is much, otherwise 0 [samples].
+def scanned_delay(plain: Model, found: Model, tuning: SearchTuning) -> float:
+    """Return the delay at which the plain model explains much more than what was found, or 0.
 
-    A delay of many samples makes the effort nonlinear in it, and nothing like its slope.
+    In samples. A delay of many samples makes the effort nonlinear in it, and nothing like its
+    slope: the steps to it lead elsewhere, or do not get there.
     """
-    left = _left(model)
+    left = _left(found if found.settled else plain)
     if left < tuning.unexplained**2:
         return 0.0
     steps = round(tuning.largest_delay / tuning.scanned_step)
-    step = tuning.scanned_step / model.rows.weight.sampling_time
+    step = tuning.scanned_step / plain.rows.weight.sampling_time
     delays = [step * k for k in range(-steps, steps + 1) if k]
-    trials = [(_left(model.shifted(delay)), delay) for delay in delays]
+    trials = [(_left(plain.shifted(delay)), delay) for delay in delays]
     least, delay = min(trials)
     return delay if least < tuning.delay_gain * left else 0.0
 
