@@ -48,7 +48,7 @@ from stickslip.control.pulses.kernel import (
     blind_step,
     emit,
     head,
-    outside,
+    leaves,
     readable,
     wait_for_rest,
     watch,
@@ -173,19 +173,22 @@ def _pause(p: Any, s: Any) -> None:
 
 
 @compiled()
-def _leaves(p: Any, s: Any, x: float) -> bool:
-    """Return whether the axis leaves its target, of itself; count how often it soon does."""
+def _leaves_again(p: Any, s: Any, x: float) -> bool:
+    """Return whether the axis leaves its target of itself, as it did soon before, again and again.
+
+    Counts how often it does.
+    """
     if s.outcome != REACHED:
         return False
     p.stayed += 1
     if p.stayed > _STAYS and p.stayed * p.period > _STAYS_FOR:
         p.leavings = 0
-    side = 1 if x > s.target else -1
-    if not (outside(s, x) and outside(s, p.past[1])):
+    if not leaves(s, x):
         return False
+    side = 1 if x > s.target else -1
     p.leavings = p.leavings + 1 if p.side == side else 1
     p.side, p.stayed = side, 0
-    return True
+    return p.leavings > RELEASES
 
 
 @compiled()
@@ -201,13 +204,13 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
     remember(p, x)
     m, F = math.exp(own.values[0]), _sure_friction(own)
     free = p.moving == 0 and s.pending == 0
-    leaves = free and _leaves(p, s, x) and p.leavings > RELEASES
+    falls = free and _leaves_again(p, s, x)
     runs = free and pushed(p, m, F, s.phase == RESTING)
-    if runs or leaves:
-        p.held = max(p.held, RELEASES) if leaves else p.held
+    if runs or falls:
+        p.held = max(p.held, RELEASES) if falls else p.held
         if runs and s.phase == RESTING and p.held == 0:
             start_holding(p, m)
-        elif leaves or p.held:
+        elif p.held:
             start_holding_moving(p, m)
         else:
             start_braking(p)

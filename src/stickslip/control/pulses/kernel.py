@@ -206,9 +206,14 @@ def _cut(s: Any) -> None:
 
 
 @compiled()
-def outside(s: Any, x: float) -> bool:
-    """Return whether a position is certainly not within the tolerance."""
-    return abs(x - s.target) > s.tolerance + s.spread
+def leaves(s: Any, x: float) -> bool:
+    """Return whether two samples in a row, of which x is the later, are certainly off the target.
+
+    Once `watch` has taken the sample in, the axis is no longer at its target.
+    """
+    certain = s.tolerance + s.spread
+    off = abs(x - s.target) > certain and abs(s.position - s.target) > certain
+    return s.outcome == REACHED and off
 
 
 @compiled()
@@ -224,7 +229,7 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     """
     s = head(vector)
     x = sample.measured_position
-    before = s.position
+    moved_away = leaves(s, x)
     s.time, s.position, s.fresh = sample.time, x, 0
     if s.pending:
         _keep(s, x)
@@ -236,7 +241,7 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
         s.wait -= 1.0
         return False
     _see(vector, x, sample.measured_velocity)
-    if s.outcome == REACHED and outside(s, x) and outside(s, before):
+    if moved_away:
         s.outcome = MOVING
     rest = _rest_position(vector, s.window)
     if np.isnan(rest) and s.phase == WAITING and 0 < s.early < s.window:
