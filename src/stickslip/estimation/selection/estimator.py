@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.fit.fitted import Fit
-from stickslip.estimation.fit.rows import Regression, least_squares
+from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.dwell import DwellTuning, RestedLog, with_dwell
@@ -120,7 +120,6 @@ class SelectionTuning:
 
 
 _LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
-_TINY = np.finfo(float).tiny
 _EXACT = 1e-9  # share below which a column is a combination of others
 _UNKNOWN_DELAY = (
     "this log does not show whether the effort acts within a sample of its time stamp, which "
@@ -293,11 +292,7 @@ class SelectedModelEstimator:
         motions = slip_motions(log, self.tuning.motion)
         delay = () if self.effort_delay is not None else (DELAY,)
         model, _ = replace(self, include=delay, select=False)._selected(log, motions)
-        if not testable(model):
-            return np.inf
-        columns, target = model.columns(), model.target()
-        rest = target - columns @ least_squares(columns, target)
-        return float(np.linalg.norm(rest) / max(np.linalg.norm(model.rows.effort), _TINY))
+        return model.residual_share() if testable(model) else np.inf
 
     def fit_prepared(self, log: PreparedLog) -> Fit:
         """Return the estimate from a log that is prepared already, with its rows.

@@ -126,6 +126,13 @@ class Model:
             return float(values[at]), 0.0
         return float(values[at + 1]), float(values[at])
 
+    def residual_share(self) -> float:
+        """Return the share of the effort that the model leaves, in rms [-]."""
+        columns, target = self.columns(), self.target()
+        rest = target - columns @ least_squares(columns, target)
+        size = max(float(np.linalg.norm(self.rows.effort)), np.finfo(float).tiny)
+        return float(np.linalg.norm(rest)) / size
+
     def coefficients(self, name: str) -> Float[np.ndarray, " p"]:
         """Return the coefficients of a selected term [SI]."""
         values = least_squares(self.columns(), self.target())

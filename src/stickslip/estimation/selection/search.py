@@ -177,11 +177,7 @@ def scanned_delay(plain: Model, found: Model, tuning: SearchTuning) -> float:
 
 def _left(model: Model) -> float:
     """Return the share of the square of the effort that a model leaves; 1 if it is not testable."""
-    if not testable(model):
-        return 1.0
-    columns, target = model.columns(), model.target()
-    rest = target - columns @ least_squares(columns, target)
-    return float(np.sum(rest**2) / max(float(np.sum(model.rows.effort**2)), np.finfo(float).tiny))
+    return model.residual_share() ** 2 if testable(model) else 1.0
 
 
 def noisy_elasticity(rows: WindowRows, motions: SlipMotions) -> bool:
