@@ -62,6 +62,58 @@ def test_the_reference_goes_from_rest_to_rest_within_its_limits(
     assert jerk <= most * (1.0 + 1e-6)
 
 
+@settings(max_examples=50)
+@given(
+    target=st.floats(-0.5, 0.5).filter(lambda x: abs(x) > 1e-4),
+    speed=st.floats(-2.0, 2.0),
+    delay=st.sampled_from([0.0, 0.002]),
+)
+def test_the_reference_of_an_axis_in_motion_begins_with_its_speed(
+    target: float, speed: float, delay: float
+) -> None:
+    """With what of it can be taken away before the target; none where it moves away from it."""
+    s = at.fields(replace(SERVO, target=target, delay=delay).init())
+    at.begin(s, 0.0, speed)
+    end = float(np.sum(s.times) + s.window)
+    times = np.linspace(0.0, end, 4001)
+    r, w, a = np.array([at.reference(s, t) for t in times]).T
+    v_0 = abs(s.first_speed)
+    assert 0.0 <= v_0 <= abs(speed)
+    assert s.start == pytest.approx(speed * delay)
+    assert r[0] == pytest.approx(0.0, abs=1e-12)
+    assert w[0] == pytest.approx(np.copysign(v_0, target - s.start), abs=1e-9)
+    np.testing.assert_allclose(
+        r, cumulative_trapezoid(w, times, initial=0), atol=INTEGRATED * max(abs(target), 1e-3)
+    )
+    assert s.start + r[-1] == pytest.approx(target, abs=1e-9)
+    assert w[-1] == pytest.approx(0.0, abs=1e-9)
+    way = target - s.start
+    assert np.min(np.sign(way) * w) >= -1e-9  # never back
+    assert np.max(np.abs(a)) <= max(s.accelerations) * (1.0 + 1e-9)
+    room = abs(way) - 0.5 * v_0 * s.window
+    if speed * np.sign(way) > 0.0 and v_0 < abs(speed) * (1.0 - 1e-9):  # as fast as it can stop
+        assert v_0 * v_0 / (2.0 * s.accelerations[1]) == pytest.approx(room, rel=1e-6)
+
+
+def test_a_new_target_in_motion_is_gone_to_without_a_stop() -> None:
+    """Halfway, at 0.05 m/s: a profile from rest would step the velocity by as much."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=700.0)
+    servo = replace(SERVO, friction=law)
+    state, x, v, speeds = servo.init(), 0.0, 0.0, []
+    for k in range(400):
+        if k == 80:
+            state = servo.retargeted(state, 0.02)
+        state, u = servo.step(state, SensorSample(k * 1e-3, x, nan, nan, nan))
+        for _ in range(20):
+            after = v + 5e-5 * (u - np.copysign(min(100.0, abs(u)), v or u) - 700.0 * v) / 150.0
+            v = 0.0 if after * v < 0.0 else after
+            x += 5e-5 * v
+        speeds.append(v)
+    assert speeds[80] > 0.03
+    assert min(speeds[80:120]) > 0.9 * speeds[80]
+    assert x == pytest.approx(0.02, abs=2e-5)
+
+
 @pytest.mark.parametrize("target", [0.01, -0.003, 0.1])
 @pytest.mark.parametrize("wrong", [0.8, 1.0, 1.2])
 def test_it_rests_within_the_tolerance_and_stays(target: float, wrong: float) -> None:

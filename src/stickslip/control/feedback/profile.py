@@ -43,12 +43,12 @@ _REST_MOTION, _REST_SAMPLES = 0.02, 5  # motion at rest over the tolerance; samp
 class ProfileController(PositionController[Float[np.ndarray, " s"]]):
     """A servo that goes to its target along a profile with limited jerk.
 
-    The profile begins where the axis is at the first sample, or at the first one after
-    `retargeted`. It uses up to 85 % of the effort limit. The feedforward is that of inertia and
-    friction along it. The PID controller, tuned for the mass, keeps its stability with a delay of
-    two samples beyond the known one. After the profile the axis is left alone within half of the
-    tolerance. Outside the tolerance a square wave as large as static friction is added while the
-    axis sticks, until it is inside.
+    The profile begins where the axis is at the first sample, at rest, or at the first one after
+    `retargeted`, with its speed. It uses up to 85 % of the effort limit. The feedforward is that of
+    inertia and friction along it. The PID controller, tuned for the mass, keeps its stability with
+    a delay of two samples beyond the known one. After the profile the axis is left alone within
+    half of the tolerance. Outside the tolerance a square wave as large as static friction is added
+    while the axis sticks, until it is inside.
 
     Everything follows from the estimate of the axis, the sampling time, the effort limit and the
     tolerance.
@@ -209,13 +209,10 @@ class ProfileController(PositionController[Float[np.ndarray, " s"]]):
         vector = state.copy()
         s = at.fields(vector)
         s.target = finite("target", target, "m or rad")
-        s.phase = at.HELD
+        s.phase = at.HELD if s.phase == at.HELD else at.RETARGETED
         return vector
 
     def outcome(self, state: Float[np.ndarray, " s"]) -> PositioningOutcome:
         """Return whether the axis rests within the tolerance."""
-        s = at.fields(state)
-        rests = s.phase == at.SETTLING and s.rested >= s.rest_samples
-        if rests and abs(s.target - s.x) <= self.tolerance:
-            return PositioningOutcome.REACHED
-        return PositioningOutcome.MOVING
+        reached = at.rests_at_target(at.fields(state))
+        return PositioningOutcome.REACHED if reached else PositioningOutcome.MOVING

@@ -6,7 +6,8 @@ and a speed has a trapezoid of velocity w(t). Its mean over a window of length t
     r(t) = [P(t) - P(t - t_j)]/t_j,    P' = p, p' = w,
 
 takes t_j longer, has the same limits of speed and acceleration, and the jerk (a_1 + a_2)/t_j at
-most.
+most. For an axis in motion w begins with its speed v_0, and is v_0 before the start; the trapezoid
+then covers v_0 t_j/2 less.
 
 **Effort.** While the reference moves, u = m r'' + F sign(r') + c r' plus the PID of r(t - t_d) - x;
 F contains the offset, and t_d is the known delay. After its end the proportional action and the
@@ -26,6 +27,7 @@ from stickslip.records import SensorSample
 
 METHOD = 5  # of a vector of this kernel
 HELD, MOVING, SETTLING = 0, 1, 2  # phases: before the first sample, by reference, after it
+RETARGETED = 3  # before the next reference, in motion
 
 STATE = np.dtype(
     [
@@ -59,6 +61,7 @@ STATE = np.dtype(
         ("samples", "i8"),  # since the reference began
         ("start", "f8"),  # of the reference
         ("backward", "i8"),  # 1 if it goes in the negative direction
+        ("first_speed", "f8"),  # v_0
         ("times", "f8", (3,)),  # of acceleration, cruise and deceleration
         ("accelerations", "f8", (2,)),
         ("window", "f8"),  # t_j
@@ -81,43 +84,61 @@ _LEAST = 0.05  # effort that accelerates over the planned one, where friction is
 
 
 @compiled()
-def _begin(s: Any, x: float) -> None:
-    """Plan the reference from a position to the target."""
-    way = s.target - x
-    side = 1 if way < 0.0 else 0
-    d, m, u = abs(way), s.mass, s.planned_effort
-    F, c = s.coulomb[side], s.viscous[side]
-    s.start, s.backward, s.samples, s.phase = x, side, 0, MOVING
+def _plan(s: Any, d: float, v_0: float) -> None:
+    """Plan the trapezoid over a way d, from the speed v_0 to rest.
+
+    The way (v^2 - v_0^2)/(2 a) + v^2/(2 b), a = (u - F - c v)/m, grows with the largest speed v.
+    """
+    m, u, F, c = s.mass, s.planned_effort, s.coulomb[s.backward], s.viscous[s.backward]
     free = max(u - F, _LEAST * u)
     b = max(u + F, _LEAST * u) / m
-    # The way v^2/2 (1/a + 1/b), a = (u - F - c v)/m, grows with the largest speed v
-    low, v = 0.0, s.speed_limit if c * s.speed_limit < free else _FASTEST * free / c
-    if 0.5 * v * v * (m / (free - c * v) + 1.0 / b) > d:
-        high = v
-        for _ in range(_BISECTIONS):
-            v = 0.5 * (low + high)
-            if 0.5 * v * v * (m / (free - c * v) + 1.0 / b) > d:
-                high = v
-            else:
-                low = v
-    a = (free - c * v) / m
-    v = min(v, math.sqrt(2.0 * d / (1.0 / a + 1.0 / b)))
-    s.accelerations[0], s.accelerations[1] = a, b
-    s.times[0], s.times[2] = v / a, v / b
-    s.times[1] = max((d - 0.5 * v * (v / a + v / b)) / v, 0.0) if v > 0.0 else 0.0
+    v = max(s.speed_limit if c * s.speed_limit < free else _FASTEST * free / c, v_0)
+    low, high = v_0, v
+    for k in range(_BISECTIONS):
+        a = max(free - c * v, _LEAST * free) / m
+        if 0.5 * ((v * v - v_0 * v_0) / a + v * v / b) > d:
+            high = v
+        elif k == 0:
+            break
+        else:
+            low = v
+        v = 0.5 * (low + high)
+    a = max(free - c * v, _LEAST * free) / m
+    v = max(min(v, math.sqrt((2.0 * d + v_0 * v_0 / a) / (1.0 / a + 1.0 / b))), v_0)
+    s.accelerations[0], s.accelerations[1], s.first_speed = a, b, v_0
+    s.times[0], s.times[2] = (v - v_0) / a, v / b
+    left = d - 0.5 * (v * v - v_0 * v_0) / a - 0.5 * v * v / b
+    s.times[1] = max(left / v, 0.0) if v > 0.0 else 0.0
+
+
+@compiled()
+def begin(s: Any, x: float, v: float) -> None:
+    """Plan the reference from a position and a velocity, as sensors show them, to the target."""
+    s.anchor, s.rested = x, 0
+    x += v * s.delay
+    way = s.target - x
+    d = abs(way)
+    s.start, s.backward, s.samples, s.phase = x, (1 if way < 0.0 else 0), 0, MOVING
+    _plan(s, d, 0.0)
     s.window = max(s.least_window, _SMOOTH * (s.times[0] + s.times[1] + s.times[2]))
+    b, half = s.accelerations[1], 0.5 * s.window
+    stops = b * (math.sqrt(half * half + 2.0 * d / b) - half)  # the largest v_0 that can
+    v_0 = min(-v if s.backward else v, stops)
+    if v_0 > 0.0:
+        _plan(s, d - v_0 * half, v_0)
     s.integral, s.shaken = 0.0, 0
+    s.e, s.v = 0.0, (-s.first_speed if s.backward else s.first_speed) - v
 
 
 @compiled()
 def _trapezoid(s: Any, t: float) -> tuple[float, float, float]:
     """Return w, p and P of the trapezoid at a time."""
     t_1, t_2, t_3 = s.times[0], s.times[1], s.times[2]
-    a, b = s.accelerations[0], s.accelerations[1]
+    a, b, v_0 = s.accelerations[0], s.accelerations[1], s.first_speed
     if t <= 0.0:
-        return 0.0, 0.0, 0.0
+        return v_0, v_0 * t, 0.5 * v_0 * t * t
     h = min(t, t_1)
-    w, p, area = a * h, a * h * h / 2.0, a * h * h * h / 6.0
+    w, p, area = v_0 + a * h, (v_0 + a * h / 2.0) * h, (v_0 / 2.0 + a * h / 6.0) * h * h
     h = min(max(t - t_1, 0.0), t_2)
     area += h * (p + 0.5 * w * h)
     p += w * h
@@ -138,7 +159,7 @@ def reference(s: Any, t: float) -> tuple[float, float, float]:
     w_0, p_0, area_0 = _trapezoid(s, t - s.window)
     sign = -1.0 if s.backward else 1.0
     return (
-        sign * (area - area_0) / s.window,
+        sign * ((area - area_0) / s.window + 0.5 * s.first_speed * s.window),
         sign * (p - p_0) / s.window,
         sign * (w - w_0) / s.window,
     )
@@ -162,34 +183,34 @@ def _dither(s: Any) -> float:
 
 
 @compiled()
-def step(
-    state: Float[np.ndarray, " s"], sample: SensorSample
-) -> tuple[Float[np.ndarray, " s"], float]:
-    """Take a sample; see the module.
+def _speed(s: Any, measured: float) -> float:
+    """Return the velocity at the last sample."""
+    if s.phase == HELD or s.rested >= s.rest_samples:
+        return 0.0
+    if s.measured:
+        return measured
+    _, w, _ = reference(s, (s.samples - 1) * s.period - s.delay)
+    return w - s.v
+
+
+@compiled()
+def go_on(s: Any, x: float, velocity: float) -> float:
+    """Take a position and a measured velocity; return the effort until the next sample.
 
     Tustin's substitution makes the integral u_i(k) = u_i(k-1) + K_i T/2 [e(k) + e(k-1)] and the
     derivative of the error v(k) = {(2 tau - T) v(k-1) + 2 [e(k) - e(k-1)]}/(2 tau + T). The
     integral does not grow while the limit holds the effort back.
     """
-    if state.size != SIZE or fields(state).method != METHOD:
-        raise ValueError("not a state of a ProfileController: begin with the one of its init()")
-    vector = state.copy()
-    s = fields(vector)
-    x, T = sample.measured_position, s.period
-    if not math.isfinite(x) or (s.measured and not math.isfinite(sample.measured_velocity)):
-        return vector, math.nan
-    begun = s.phase == HELD
-    if begun:
-        _begin(s, x)
-        s.anchor, s.rested = x, 0
+    T = s.period
+    begins = s.phase in (HELD, RETARGETED)
+    if begins:
+        begin(s, x, _speed(s, velocity))
     t = s.samples * T
     r, w, _ = reference(s, t - s.delay)
     e = s.start + r - x
-    if begun:
-        s.e, s.v = e, 0.0
     if s.measured:
-        s.v = w - sample.measured_velocity
-    else:
+        s.v = w - velocity
+    elif s.samples > 0:
         tau = s.filter_time
         s.v = ((2.0 * tau - T) * s.v + 2.0 * (e - s.e)) / (2.0 * tau + T)
     e_last, s.e, s.x = s.e, e, x
@@ -226,4 +247,26 @@ def step(
             s.integral -= growth
         u = math.copysign(s.effort_limit, u)
     s.samples += 1
-    return vector, u
+    return u
+
+
+@compiled()
+def rests_at_target(s: Any) -> bool:
+    """Return whether the axis rests within the tolerance."""
+    rests = s.phase == SETTLING and s.rested >= s.rest_samples
+    return rests and abs(s.target - s.x) <= s.tolerance
+
+
+@compiled()
+def step(
+    state: Float[np.ndarray, " s"], sample: SensorSample
+) -> tuple[Float[np.ndarray, " s"], float]:
+    """Take a sample; see the module."""
+    if state.size != SIZE or fields(state).method != METHOD:
+        raise ValueError("not a state of a ProfileController: begin with the one of its init()")
+    vector = state.copy()
+    s = fields(vector)
+    x, velocity = sample.measured_position, sample.measured_velocity
+    if not math.isfinite(x) or (s.measured and not math.isfinite(velocity)):
+        return vector, math.nan
+    return vector, go_on(s, x, velocity)
