@@ -1,5 +1,6 @@
 """Braking by the guard, on a mass in explicit steps that shares no code with the simulator."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -92,6 +93,36 @@ def test_a_load_of_much_of_the_effort_limit_is_held(
     run = braked(0.03, limit=limit, delay=delay, load=load, friction=friction * load)
     assert run.farthest < 0.5 * load * (16 * T) ** 2
     assert abs(run.speed) < 1e-6
+
+
+class PushOnce(Push):
+    """One effort in the first five samples, and none then."""
+
+    def step(self, state: None, sample: SensorSample) -> tuple[None, float]:
+        return state, self.effort if sample.time < 4.5 * T else 0.0
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_an_axis_that_a_load_has_taken_out_of_its_travel_is_brought_back(side: float) -> None:
+    """1 kg falls back from a push of 6 N, with 2.5 m/s^2; friction of 1 N could keep it outside."""
+    limits = Limits.for_task(mass=1.0, effort_limit=8.0, sampling_time=T, places=(0.0, 0.01))
+    limits = replace(limits, travel=(-0.003, 0.003))
+    guard = GuardedController(controller=PushOnce(side * 6.0), limits=limits)
+    state, x, v, farthest = guard.init(), 0.0, 0.0, 0.0
+    for k in range(1500):
+        seen = STEP * round(x / STEP)
+        state, effort = guard.step(state, SensorSample(k * T, seen, np.nan, np.nan, np.nan))
+        force = effort - side * 3.5
+        for _ in range(round(T / FINE)):
+            opposes = np.sign(v) if v else np.clip(force, -1.0, 1.0)
+            after = v + FINE * (force - opposes)
+            v = 0.0 if after * v < 0.0 else after
+            x += FINE * v
+        farthest = max(farthest, -side * x)
+    assert "load" in str(guard.why(state))
+    assert farthest < 0.003 + 0.5 * 2.5 * (8 * T) ** 2
+    assert abs(v) < 1e-6
+    assert abs(x) <= 0.003 + 1e-5
 
 
 def test_an_axis_that_moves_when_it_is_let_go_is_under_a_load() -> None:

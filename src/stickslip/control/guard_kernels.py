@@ -109,6 +109,7 @@ _SLOW = 2.0  # samples of braking: an axis so slow has stopped
 _STOP = 8.0  # samples: braking takes so long where travel and effort allow it
 _PLANNED = 0.9  # of the effort limit: the strongest braking
 _LEARNS = 0.1  # of what is wrong of the load is corrected in a sample
+_GROWS = 0.01  # of the effort limit, in a sample: effort on an axis that rests outside its travel
 _TURNS, _SLOWER, _SLOWEST = 6, 0.5, 8.0  # changes of sign, after which each makes it slower
 _NOISE, _CLEARLY = 0.2, 0.1  # of the effort limit: that of an error of the speed; one that brakes
 _DRIVES = 0.6  # of the effort limit: a strong effort
@@ -212,6 +213,8 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     sure = max(abs(mean) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
     unseen = g.mass[1] > 0.0 and not both
     stop = 0.5 * sure * sure / (g.braking * (_UNSEEN if unseen else 1.0))
+    if g.effort == 0.0:  # nothing slows it until braking begins
+        stop += _OUTSIDE * T * sure
     above = x > g.high or (mean > 0.0 and x + stop > g.high)
     below = x < g.low or (mean < 0.0 and x - stop < g.low)
     # Blocked: nearly the largest effort and no motion
@@ -370,17 +373,28 @@ def _begin_braking(g: Any) -> None:
     g.slowing = min(max(needed, min(abs(v) / (_STOP * T), g.braking)), most)
 
 
+@compiled(inline=True)
+def _strays(g: Any) -> bool:
+    """Return whether an axis that follows its effort is outside its travel."""
+    return g.follows == 1 and (g.x < g.low - g.resolution or g.x > g.high + g.resolution)
+
+
 @compiled()
 def _plan(g: Any, change: float) -> None:
     """Go on by a sample in the plan, in which the velocity has changed so much.
 
     What the effort does not explain of the change is the load. An axis that is slower than planned,
-    by friction, is not driven on; one that stops outside its travel is brought back.
+    by friction, is not driven on; one that stops outside its travel is brought back, by an effort
+    that grows while it rests.
     """
     x, v, T = g.x, g.v, g.period
     load = _mass(g) * change / T - g.effort
     g.hold -= _LEARNS * (load + g.hold) if g.quiet == 0 else 0.0
-    g.hold = min(max(g.hold, -g.effort_limit), g.effort_limit)
+    most = g.effort_limit
+    if g.quiet > 0 and _strays(g):
+        g.hold += np.copysign(_GROWS * most, g.low - x)
+        most = max(_HELD * most, abs(g.hold) - _GROWS * most)
+    g.hold = min(max(g.hold, -most), most)
     sign, left = np.copysign(1.0, g.pace), max(abs(g.pace) - g.slowing * T, 0.0)
     g.anchor += 0.5 * sign * (abs(g.pace) + left) * T
     if left > 0.0 and sign * v < left:
@@ -415,7 +429,8 @@ def _brake(g: Any) -> float:
     g.quiet = g.quiet + 1 if slow and abs(x - g.quiet_x) <= g.resolution else 0
     if g.quiet == 0:
         g.quiet_x = x
-    if g.quiet >= _QUIET and g.kept == 0:
+    held = _strays(g) and abs(g.hold) < _HELD * g.effort_limit
+    if g.quiet >= _QUIET and g.kept == 0 and not held:
         g.released, g.anchor = 1, x
         return 0.0
     error = g.resolution / g.period if np.isnan(g.seen[0, 1]) else g.velocity_resolution
