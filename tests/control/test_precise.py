@@ -259,7 +259,7 @@ def test_a_push_is_estimated_by_a_kalman_filter() -> None:
     state = PRECISE.init()
     p, generator = at.own_fields(state), np.random.default_rng(3)
     p.past[:] = [3e-5, 1e-5, 0.0, 0.0]
-    braking.start_holding(p, MASS)
+    braking.start_holding(p, MASS, 50.0)
     A = np.array([[1.0, T, 0.5 * T * T / MASS], [0.0, 1.0, T / MASS], [0.0, 0.0, 1.0]])
     B = np.array([0.5 * T * T / MASS, T / MASS, 0.0])
     change = 0.1 * p.limit
@@ -272,7 +272,7 @@ def test_a_push_is_estimated_by_a_kalman_filter() -> None:
         mean, P = mean + gain * (position - mean[0]), P - np.outer(gain, P[0])
         if position != 1e-5:
             p.past[0] = position
-            effort = braking.hold(p, MASS, 1e-9, True)
+            effort = braking.hold(p, MASS, 50.0, True)
             at.sent(p, effort)
     scale = np.array([1.0, T, T * T / MASS])
     np.testing.assert_allclose(p.motion, scale * mean, rtol=1e-9, atol=1e-15)

@@ -31,7 +31,7 @@ _WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 _SAMPLES = 3  # the shortest braking
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
-_PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is under a load
+PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is held
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
 RELEASES = 2  # times an axis is let go until what moves it again is a load
 _SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
@@ -44,6 +44,8 @@ _NOISY = 0.2  # of the effort limit: that of an error of the speed; a larger one
 _STRONG = 0.5  # of the limit: standard deviation of a load
 _FAILED = 0.7  # of the speed is left by a braking that something opposes
 _CHANGES = 0.1  # of the limit: standard deviation of the change of a push in a sample
+_STEADY = 0.3  # of friction: that, where noise looks like more
+_WILD, _CLEAR = 6.0, 0.2  # standard deviations of a position, and of the limit: no turn by noise
 _SHAKEN = 0.01  # times that where a vibration moves the axis too, and of a load
 _LIKELY = 3.0  # standard deviations of a push
 _LONGEST = 0.3  # of a push [s]
@@ -91,7 +93,8 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     faster = faster and abs(new + old) > _VISIBLE * p.noise
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= _STRONGEST * p.limit * p.period * p.period
-    may = p.held > 0 or (p.brakings < _PUSHES and p.holds < _HOLDS)
+    steady = p.fast and p.turns <= _TURNS
+    may = p.held > 0 or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
     return (faster or jumps) and may and p.past_count >= PAST and _runs(p, m, F, new / p.period)
 
 
@@ -102,14 +105,21 @@ def start_braking(p: Any) -> None:
 
 
 @compiled()
-def _change(p: Any, m: float) -> float:
-    """Return the standard deviation of the change of d T^2/m in a sample."""
-    share = _CHANGES * (_SHAKEN if p.shaken or p.loaded else 1.0)
-    return share * p.limit * p.period * p.period / m
+def _change(p: Any, m: float, F: float) -> float:
+    """Return the standard deviation of the change of d T^2/m in a sample.
+
+    Where noise looks like a force above friction, less is believed, so that noise does not drive
+    the axis.
+    """
+    force = p.limit * _CHANGES * (_SHAKEN if p.shaken or p.loaded else 1.0)
+    unit = p.period * p.period / m
+    if _LIKELY * p.noise > F * unit:
+        force = min(force, _STEADY * F)
+    return force * unit
 
 
 @compiled()
-def _predict(p: Any, m: float, u: float) -> None:
+def _predict(p: Any, m: float, F: float, u: float) -> None:
     """Take x, v T and d T^2/m, and their covariance, over a sample under an effort u.
 
     The force d of the push walks at random: x' = x + v T + (d + u) T^2/(2 m), v' = v + (d + u) T/m.
@@ -117,7 +127,7 @@ def _predict(p: Any, m: float, u: float) -> None:
     a, w = p.motion, u * p.period * p.period / m
     a[0] += a[1] + 0.5 * (a[2] + w)
     a[1] += a[2] + w
-    predict(_TRANSITION, _WALK, p.spread, np.empty((3, 3)), 3, _change(p, m) ** 2)
+    predict(_TRANSITION, _WALK, p.spread, np.empty((3, 3)), 3, _change(p, m, F) ** 2)
 
 
 @compiled()
@@ -142,11 +152,11 @@ def _start_holding(p: Any, x: float) -> None:
 
 
 @compiled()
-def start_holding(p: Any, m: float) -> None:
+def start_holding(p: Any, m: float, F: float) -> None:
     """Act against a push from this sample on; the axis was at rest two samples ago."""
     _start_holding(p, p.past[2])
-    p.spread[2, 2] = _change(p, m) ** 2
-    _predict(p, m, 0.0)
+    p.spread[2, 2] = _change(p, m, F) ** 2
+    _predict(p, m, F, 0.0)
     _correct(p, p.past[1])
 
 
@@ -168,7 +178,7 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
     T, delay = p.period, delay_of(p.best) + lag_of(p.best)
     whole = int(delay)
     part = delay - whole
-    _predict(p, m, (1.0 - part) * p.commands[whole] + part * p.commands[whole + 1])
+    _predict(p, m, F, (1.0 - part) * p.commands[whole] + part * p.commands[whole + 1])
     if measured:
         _correct(p, p.past[0])
     force = m / (T * T)
@@ -181,7 +191,8 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
     noise = math.sqrt(p.spread[1, 1]) * force / (_NOISY * p.limit)
     slower = max(noise, 1.0) + (_SLOWER * max(p.turns - _TURNS, 0) if p.loaded else 0.0)
     u = -_GAIN / slower * m * v / T - push
-    p.turns += 1 if u * p.brake < 0.0 and abs(u) > F else 0
+    strong = max(F, min(_WILD * p.noise * force, _CLEAR * p.limit))
+    p.turns += 1 if u * p.brake < 0.0 and abs(u) > strong else 0
     gone = p.quiet >= PAST and p.held == 1
     swings = p.turns > _TURNS and p.loaded == 0
     if swings:
@@ -210,11 +221,13 @@ def speed_now(p: Any, m: float, F: float) -> float:
 
 
 @compiled()
-def brake(p: Any, m: float, F: float) -> float:
+def brake(p: Any, m: float, F: float, measured: bool) -> float:
     """Return the effort until the next sample; the braking ends with `moving` 0."""
     if p.brake_left > 0:
         p.brake_left -= 1
         return p.brake
+    if not measured:
+        return 0.0
     if p.brake_wait > 0:
         p.brake_wait -= 1
         return 0.0

@@ -12,8 +12,10 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.control.base import LOADED, PositionController
 from stickslip.control.checks import check_class, check_fields
+from stickslip.control.feedback import profile_kernels
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
+    PUSHES,
     RELEASES,
     brake,
     hold,
@@ -27,13 +29,22 @@ from stickslip.control.precise.learning import (
     BRAKING,
     HOLDING,
     MOVE,
+    SERVO,
     SHAKES,
     SIZE,
     own_fields,
     sent,
     teach,
 )
-from stickslip.control.precise.moving import WILD, go_on, shortest, start_move
+from stickslip.control.precise.moving import (
+    WILD,
+    go_on,
+    shortest,
+    start_move,
+    unexplained,
+    vibrates,
+)
+from stickslip.control.precise.serving import can_serve, serve, servo_for, start_serving
 from stickslip.control.pulses import exact_choice, exact_learning, exact_state
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.pulses.exact_choice import pulse_for
@@ -130,6 +141,13 @@ def _calm(p: Any, own: Any) -> None:
 
 
 @compiled()
+def _wait(s: Any) -> None:
+    """Wait for rest after what was no pulse."""
+    wait_for_rest(s)
+    s.pending, s.outcome = 0, MOVING
+
+
+@compiled()
 def _ended(p: Any, s: Any, own: Any) -> None:
     """Give what a move has taught to the pulses, and wait for rest."""
     explained = p.misfit[p.best] <= _EXPLAINED * p.rows and p.wild <= WILD
@@ -158,8 +176,7 @@ def _ended(p: Any, s: Any, own: Any) -> None:
     exact_choice.lengthen_rest(s, own)
     if p.known:
         _hasten(p, s, own)
-    wait_for_rest(s)
-    s.pending, s.outcome = 0, MOVING
+    _wait(s)
 
 
 @compiled()
@@ -192,6 +209,78 @@ def _leaves_again(p: Any, s: Any, x: float) -> bool:
 
 
 @compiled()
+def _react(p: Any, s: Any, own: Any, x: float) -> None:
+    """Begin to brake or to hold an axis that moves where it should rest, or leave it to a servo."""
+    m, F = math.exp(own.values[0]), _sure_friction(own)
+    falls = _leaves_again(p, s, x)
+    runs = pushed(p, m, F, s.phase == RESTING)
+    if not (runs or falls):
+        return
+    if runs and s.phase != RESTING and can_serve(p) and unexplained(p):
+        _calm(p, own)
+        start_serving(p, own, s.target, x, (x - p.past[1]) / p.period)
+        return
+    p.held = max(p.held, RELEASES) if falls else p.held
+    if runs and s.phase == RESTING and p.held == 0:
+        start_holding(p, m, F)
+    elif p.held or p.brakings >= PUSHES:
+        start_holding_moving(p, m)
+    else:
+        start_braking(p)
+    p.seen = p.wild = p.moves = p.pauses = 0
+    p.last_error = math.inf
+
+
+@compiled()
+def _rested(p: Any, s: Any, own: Any) -> None:
+    """Learn from the last pulse once the axis has come to rest, and begin a move or a pulse."""
+    if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
+        p.leavings = 0  # friction or bristles have stopped it
+    p.brakings = p.held = p.turns = 0
+    p.holds = 0 if s.outcome == REACHED else p.holds
+    if s.fresh:
+        exact_learning.learn(s, own)
+        if p.known:
+            _hasten(p, s, own)
+    if s.outcome != MOVING:
+        return
+    if p.unseen and abs(s.rest - p.start) <= s.least_motion:
+        p.unseen = 0
+        exact_choice.give_up(s, own, HELD_FAST)
+    elif _moves(p, s, own, abs(s.error)):
+        start_move(p, s.rest, s.target, own.values, own.covariance)
+    else:
+        exact_choice.plan(s, own)
+        if s.phase != PULSING and own.reason != HELD_FAST and p.pauses < _PAUSES:
+            _pause(p, s)
+
+
+@compiled()
+def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
+    """Return the effort until the next sample of a move and of what follows it."""
+    u = 0.0
+    if p.moving == SERVO:
+        u = serve(p, x) if measured else p.commands[0]
+        if p.failed:
+            _wait(s)
+        return u
+    if p.moving == MOVE:
+        u = go_on(p, x, measured)
+        if measured and can_serve(p) and vibrates(p):
+            _calm(p, own)
+            start_serving(p, own, s.target, x, at.direction(p) * p.v)
+            return serve(p, x)
+    m, F = math.exp(own.values[0]), _sure_friction(own)
+    if p.moving == BRAKING:
+        u = brake(p, m, F, measured)
+    elif p.moving == HOLDING:
+        u = hold(p, m, F, measured)
+    if p.moving == 0:
+        _ended(p, s, own)
+    return u
+
+
+@compiled()
 def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
     """Go on by a sample; return the effort until the next one."""
     inner = vector[SIZE:]
@@ -202,53 +291,11 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
         if _moves(p, s, own, abs(s.error)):
             start_move(p, x, s.target, own.values, own.covariance)
     remember(p, x)
-    m, F = math.exp(own.values[0]), _sure_friction(own)
-    free = p.moving == 0 and s.pending == 0
-    falls = free and _leaves_again(p, s, x)
-    runs = free and pushed(p, m, F, s.phase == RESTING)
-    if runs or falls:
-        p.held = max(p.held, RELEASES) if falls else p.held
-        if runs and s.phase == RESTING and p.held == 0:
-            start_holding(p, m)
-        elif p.held:
-            start_holding_moving(p, m)
-        else:
-            start_braking(p)
-        p.seen = p.wild = p.moves = p.pauses = 0
-        p.last_error = math.inf
-    if p.moving == 0:
-        if watch(inner, sample):
-            if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
-                p.leavings = 0  # friction or bristles have stopped it
-            p.brakings = p.held = 0
-            p.holds = 0 if s.outcome == REACHED else p.holds
-            if s.fresh:
-                exact_learning.learn(s, own)
-                if p.known:
-                    _hasten(p, s, own)
-            if s.outcome == MOVING:
-                if p.unseen and abs(s.rest - p.start) <= s.least_motion:
-                    p.unseen = 0
-                    exact_choice.give_up(s, own, HELD_FAST)
-                    return emit(s)
-                if not _moves(p, s, own, abs(s.error)):
-                    exact_choice.plan(s, own)
-                    if s.phase != PULSING and own.reason != HELD_FAST and p.pauses < _PAUSES:
-                        _pause(p, s)
-                    return emit(s)
-                start_move(p, s.rest, s.target, own.values, own.covariance)
-        if p.moving == 0:
-            return emit(s)
-    u = 0.0
-    if p.moving == MOVE:
-        u = go_on(p, x, True)
-    if p.moving == BRAKING:
-        u = brake(p, m, F)
-    elif p.moving == HOLDING:
-        u = hold(p, m, F, True)
-    if p.moving == 0:
-        _ended(p, s, own)
-    return u
+    if p.moving == 0 and s.pending == 0:
+        _react(p, s, own, x)
+    if p.moving == 0 and watch(inner, sample):
+        _rested(p, s, own)
+    return emit(s) if p.moving == 0 else _effort(p, s, own, x, True)
 
 
 @compiled()
@@ -274,17 +321,7 @@ def _next_blind(vector: Float[np.ndarray, " s"]) -> float:
         after, u = blind_step(inner)
         inner[:] = after
         return u
-    if p.moving == HOLDING:
-        own = exact_state.own_fields(inner)
-        return hold(p, math.exp(own.values[0]), _sure_friction(own), False)
-    if p.moving == BRAKING:
-        left = p.brake_left > 0
-        p.brake_left -= left
-        return p.brake if left else 0.0
-    u = go_on(p, 0.0, False)
-    if p.moving == 0:
-        _ended(p, head(inner), exact_state.own_fields(inner))
-    return u
+    return _effort(p, head(inner), exact_state.own_fields(inner), 0.0, False)
 
 
 @compiled()
@@ -305,7 +342,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     of an `ExactPulseController` begin with what it has learned, and correct what is left. An axis
     that is pushed from its rest is held, and moves to the target again. One that moves whenever it
     is let go is under a load above friction: it is held for good, with the outcome ``STOPPED``. One
-    that vibrates during a move is braked, and moves on with three times the effort of friction.
+    that vibrates during a move is braked, and moves on with three times the effort of friction; at
+    short sampling times a `ProfileController` takes it to the target and holds it there.
     Where pulses have not helped, it waits for what may swing on the axis, 0.3 s and then 0.6 s, and
     tries again.
 
@@ -425,6 +463,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         else:
             p.known, p.delay = 1, self.delay / self.sampling_time
             s.delay = p.delay
+        servo, fast = servo_for(self.pulses, exact_state.own_fields(inner), self.delay)
+        p.servo, p.fast = profile_kernels.fields(servo), int(fast)
         return state
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
@@ -436,6 +476,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         p.leavings = p.unseen = 0
         if p.loaded:  # let go, to see whether the load is still there
             p.loaded = p.held = p.brake_left = 0
+        if p.moving == SERVO:
+            p.servo.target, p.servo.phase, p.served = target, profile_kernels.RETARGETED, 1
         if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest
@@ -444,6 +486,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     def outcome(self, state: Float[np.ndarray, " s"]) -> PositioningOutcome:
         """Return how far positioning has come."""
         p = own_fields(state)
+        if p.moving == SERVO and profile_kernels.rests_at_target(p.servo):
+            return PositioningOutcome.REACHED
         if p.moving:
             return PositioningOutcome.STOPPED if p.loaded else PositioningOutcome.MOVING
         return self.pulses.outcome(state[SIZE:])

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled import compiled
+from stickslip.control.feedback.profile_kernels import STATE as SERVO_STATE
 from stickslip.control.pulses.exact_state import COULOMB, PARAMETERS, VISCOUS
 from stickslip.numerics.named_fields import fields_at, places
 
@@ -38,7 +39,8 @@ TAUGHT = 3
 PAST = 4  # positions kept
 SHAKES = 3  # changes of the sign of wild innovations: the axis vibrates
 
-MOVE, BRAKING, HOLDING = 1, 2, 3  # a move; braking after one that no plan explains; a push
+# A move; braking after one that no plan explains; a push; a servo, once the axis vibrates
+MOVE, BRAKING, HOLDING, SERVO = 1, 2, 3, 4
 
 OWN_DTYPE = np.dtype(
     [
@@ -54,6 +56,7 @@ OWN_DTYPE = np.dtype(
         ("delay", "f8"),  # then this many samples
         ("lag", "f8"),  # samples
         ("most_moves", "i8"),  # to one target
+        ("fast", "i8"),  # 1 if the samples are short enough for a servo
         # What changes
         ("moving", "i8"),
         ("begun", "i8"),  # 1 after the first sample
@@ -71,6 +74,8 @@ OWN_DTYPE = np.dtype(
         ("wild", "i8"),  # innovations that the model does not explain
         ("off", "f8"),  # the last of them
         ("shakes", "i8"),  # how often their sign has changed, counted by weight
+        ("reversals", "i8"),  # how often it has changed in this move, after some samples
+        ("reversed_at", "i8"),  # sample in which it has changed last
         ("left", "i8"),  # samples of the last part of the move; 0 before
         ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
         ("waited", "i8"),  # samples since then
@@ -101,6 +106,9 @@ OWN_DTYPE = np.dtype(
         ("braked_speed", "f8"),  # speed at its begin
         ("brake_left", "i8"),  # samples of it, or most samples of a push
         ("brake_wait", "i8"),  # samples until it is seen what it has done
+        ("servo", SERVO_STATE),
+        ("served", "i8"),  # samples in which it has not reached the target
+        ("failed", "i8"),  # 1 once it has not held the axis there
         ("area", "f8"),  # X
         ("commands", "f8", (HISTORY,)),  # the last ones of all, as sent; the latest is the first
         ("open", "i8"),  # 1 as long as it moves one way, and its samples teach

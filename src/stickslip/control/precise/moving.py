@@ -24,6 +24,7 @@ from typing import Any
 from stickslip.compiled import compiled
 from stickslip.control.precise.braking import start_braking
 from stickslip.control.precise.learning import (
+    BRAKING,
     LONGEST_DELAY,
     MOVE,
     PER_SAMPLE,
@@ -50,6 +51,9 @@ _ROUGH_SWITCH = 0.03  # of a change of the effort, likewise: its delay
 _OUTLYING = 9.0  # squared standard deviations of an innovation
 _SEEN = 5.0  # standard deviations of a position: an axis that has moved
 _SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts for all of them
+_VIBRATES = 5  # such innovations of a vibration, at least
+_SLOW = 3  # samples from one change of their sign to the next: feedback can damp what is slower
+_ONCE, _AGAIN = 9.0, 0.8  # mean squared normalised innovation, after one change and after more
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
@@ -75,7 +79,7 @@ def shortest(m: float, F: float, limit: float, d: float) -> float:
 def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) -> None:
     """Begin a move at rest in x."""
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
-    p.seen = p.wild = p.brakings = p.unseen = 0
+    p.seen = p.wild = p.reversals = p.reversed_at = p.brakings = p.unseen = 0
     p.strongest = 0.0
     p.off, p.shakes = 0.0, 0
     p.moves += 1
@@ -161,6 +165,9 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
         off, R = x - x_0, variance_of(p)
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:
+            if off * p.off < 0.0:
+                p.reversals += 1 if p.samples - p.reversed_at >= _SLOW else 0
+                p.reversed_at = p.samples
             if off * p.off < 0.0 and abs(off) > _SHAKE * p.way:
                 p.shakes += SHAKES if abs(off) > _LARGE * p.way else 1
             p.off = off
@@ -322,6 +329,25 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     if p.quiet > delay_of(p.best) + 1.0:
         p.moving = 0
     return 0.0
+
+
+@compiled()
+def _errs(p: Any, least: float) -> bool:
+    """Return whether the law has not explained the last move, by a mean of its innovations."""
+    return p.misfit[p.best] > least * p.rows
+
+
+@compiled()
+def vibrates(p: Any) -> bool:
+    """Return whether a move shows a slow vibration: the law errs to both sides in turn."""
+    wild = p.wild >= _VIBRATES and p.reversals > 0 and p.moving != BRAKING
+    return wild and _errs(p, _AGAIN if p.reversals > 1 else _ONCE)
+
+
+@compiled()
+def unexplained(p: Any) -> bool:
+    """Return whether something else than the law holds has moved the axis in its last move."""
+    return _errs(p, _ONCE)
 
 
 @compiled()
