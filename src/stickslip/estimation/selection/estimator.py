@@ -25,8 +25,10 @@ from stickslip.estimation.selection.model_rows import (
     with_shapes,
 )
 from stickslip.estimation.selection.plausibility import (
+    ROUNDING,
     PlausibilityTuning,
     coarse_effort,
+    effort_step,
     implausible_time,
     implausible_units,
     reversed_sign,
@@ -120,6 +122,7 @@ class SelectionTuning:
 
 
 _LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
+_TINY = np.finfo(float).tiny
 _EXACT = 1e-9  # share below which a column is a combination of others
 _UNKNOWN_DELAY = (
     "this log does not show whether the effort acts within a sample of its time stamp, which "
@@ -458,6 +461,12 @@ class SelectedModelEstimator:
             model = model.shifted(self.effort_delay / T)
         if model.rows.size == 0:
             return model, ()
+        # A term below the rounding error of the effort may describe that
+        rounding = effort_step(motions, self.tuning.plausibility) / ROUNDING
+        size = float(np.sqrt(np.mean(model.rows.own_effort**2)))
+        tuning = replace(
+            tuning, smallest_share=max(tuning.smallest_share, rounding / max(size, _TINY))
+        )
         terms = [DELAY_TERM, *candidate_terms(motions, log.log.kind)]
         left_out = {*self.exclude, *(() if saturation else (SATURATION,))}
         if self.effort_delay is not None:
