@@ -12,6 +12,7 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
+from stickslip.estimation.selection.change import ChangeTuning, sudden_change
 from stickslip.estimation.selection.dwell import DwellTuning, RestedLog, with_dwell
 from stickslip.estimation.selection.model import (
     DELAY_TERM,
@@ -103,7 +104,7 @@ class SelectionTuning:
 
     Attributes
     ----------
-    motion, search, saturation, rival, dwell, intervals, plausibility
+    motion, search, saturation, rival, dwell, intervals, change, plausibility
         Of the stages.
     effort_kind_gain
         Relative decrease of the residual for which an effort with uneven time stamps is taken for
@@ -117,6 +118,7 @@ class SelectionTuning:
     rival: RivalTuning = field(default_factory=RivalTuning)
     dwell: DwellTuning = field(default_factory=DwellTuning)
     intervals: IntervalTuning = field(default_factory=IntervalTuning)
+    change: ChangeTuning = field(default_factory=ChangeTuning)
     plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
     effort_kind_gain: float = 0.1
 
@@ -374,6 +376,7 @@ class SelectedModelEstimator:
             coarse_effort(model, motions, log.log.unit("effort"), self.tuning.plausibility)
         )
         causes.append(wrong_model(model, self.tuning.plausibility))
+        causes.append(sudden_change(model, self.tuning.change))
         estimate = self._with_selection(log, motions, model, estimate)
         if estimate.status is Status.UNPHYSICAL:
             reverse = reversed_sign(model, kind, self.tuning.plausibility)
