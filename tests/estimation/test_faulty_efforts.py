@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from jaxtyping import Float
 
-from stickslip.estimation.selection.change import ChangeTuning
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
+from stickslip.estimation.selection.faults.change import ChangeTuning
 from stickslip.estimation.selection.search import SearchTuning, scanned_delay
 from stickslip.records import AxisLog, FrictionEstimate, Status
 

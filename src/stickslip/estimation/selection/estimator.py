@@ -12,8 +12,13 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
-from stickslip.estimation.selection.change import ChangeTuning, sudden_change
 from stickslip.estimation.selection.dwell import DwellTuning, RestedLog, with_dwell
+from stickslip.estimation.selection.faults.change import ChangeTuning, sudden_change
+from stickslip.estimation.selection.faults.saturation import (
+    SaturationTuning,
+    saturates,
+    without_saturation,
+)
 from stickslip.estimation.selection.model import (
     DELAY_TERM,
     Model,
@@ -49,11 +54,6 @@ from stickslip.estimation.selection.rival_law import (
     rival_laws,
     rival_note,
     rival_shifts,
-)
-from stickslip.estimation.selection.saturation import (
-    SaturationTuning,
-    saturates,
-    without_saturation,
 )
 from stickslip.estimation.selection.search import (
     SearchTuning,
