@@ -12,7 +12,6 @@ from slow_cases import quick_where
 
 from stickslip.estimation import SelectedModelEstimator, predict_effort
 from stickslip.estimation.prepare import prepare
-from stickslip.estimation.selection.estimator import SelectionTuning
 from stickslip.estimation.selection.model_rows import model_rows
 from stickslip.estimation.selection.plausibility import PlausibilityTuning
 from stickslip.estimation.selection.rival_law import (
@@ -21,7 +20,6 @@ from stickslip.estimation.selection.rival_law import (
     rival_note,
     rival_shifts,
 )
-from stickslip.estimation.selection.search import SearchTuning
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.records import AxisLog, InputError, LogSource, Status
 
@@ -148,49 +146,6 @@ def test_a_term_of_the_axis_is_selected_and_estimated(name: str) -> None:
         # Eight terms with up to seven parameters: 4 standard errors are passed once in 300
         error = abs((value.value or 0.0) - expected[parameter])
         assert error < 4.0 * value.std + SAMPLED * abs(expected[parameter]), parameter
-
-
-def tuned(**search: float) -> SelectedModelEstimator:
-    return SelectedModelEstimator(tuning=SelectionTuning(search=SearchTuning(**search)))
-
-
-def selected(estimator: SelectedModelEstimator, log: AxisLog) -> tuple[str, ...]:
-    found = estimator.fit(log).selection
-    assert found is not None
-    return found.selected
-
-
-def test_friction_that_builds_up_is_no_dead_band() -> None:
-    """A light axis whose friction builds up over 1 mm brakes by itself: its effort is friction."""
-
-    def light(motion: Motion) -> Float[np.ndarray, " n"]:
-        sign = np.sign(motion.velocity)
-        path = np.cumsum(np.abs(motion.velocity)) * 1e-3
-        changed = np.concatenate(([True], np.diff(sign) != 0.0))
-        start = np.maximum.accumulate(np.where(changed, np.arange(sign.size), 0))
-        built_up = -3.0 * sign * np.exp(-(path - path[start]) / 1e-3)
-        return built_up - 2.7 * motion.acceleration - 0.2  # 0.3 kg without an offset
-
-    log = log_of(light)
-    assert "dead band" not in selected(SelectedModelEstimator(), log)
-    assert "dead band" in selected(tuned(friction_beside=-np.inf), log)
-
-
-def test_a_dead_band_explains_next_to_all_that_is_left() -> None:
-    extra, _ = EXTRAS["dead band"]
-    noisy = log_of(extra, noise=0.05)
-    assert "dead band" not in selected(SelectedModelEstimator(), noisy)
-    assert selected(tuned(dead_band_gain=0.3), noisy) == ("dead band",)
-
-
-def test_a_dead_band_is_coulomb_friction_where_the_effort_never_opposes_the_motion() -> None:
-    def heavy(motion: Motion) -> Float[np.ndarray, " n"]:
-        return 0.3 * np.sign(motion.velocity) - 2.8 * motion.acceleration  # 0.2 kg
-
-    estimate = SelectedModelEstimator().fit(log_of(heavy))
-    assert estimate.selection is not None
-    assert estimate.selection.selected == ()
-    assert estimate.value("coulomb_friction") == pytest.approx(1.8, rel=0.02)
 
 
 @pytest.mark.slow
