@@ -47,8 +47,8 @@ def log_of(extra: Callable[[Motion], Float[np.ndarray, " n"]], *, noise: float =
     )
 
 
-def tuned(**search: float) -> SelectedModelEstimator:
-    return SelectedModelEstimator(tuning=SelectionTuning(search=SearchTuning(**search)))
+def tuned(search: SearchTuning) -> SelectedModelEstimator:
+    return SelectedModelEstimator(tuning=SelectionTuning(search=search))
 
 
 def selected(estimator: SelectedModelEstimator, log: AxisLog) -> tuple[str, ...]:
@@ -70,13 +70,13 @@ def test_friction_that_builds_up_is_no_dead_band() -> None:
 
     log = log_of(light)
     assert "dead band" not in selected(SelectedModelEstimator(), log)
-    assert "dead band" in selected(tuned(friction_beside=-np.inf), log)
+    assert "dead band" in selected(tuned(SearchTuning(friction_beside=-np.inf)), log)
 
 
 def test_a_dead_band_explains_next_to_all_that_is_left() -> None:
     noisy = log_of(lambda m: 0.3 * np.sign(plain_effort(m)), noise=0.05)
     assert "dead band" not in selected(SelectedModelEstimator(), noisy)
-    assert selected(tuned(dead_band_gain=0.3), noisy) == ("dead band",)
+    assert selected(tuned(SearchTuning(dead_band_gain=0.3)), noisy) == ("dead band",)
 
 
 def test_a_dead_band_is_coulomb_friction_where_the_effort_never_opposes_the_motion() -> None:
