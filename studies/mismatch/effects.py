@@ -260,6 +260,18 @@ def _quantized(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     return replace(columns, effort=step * np.round(columns.effort / step))
 
 
+def _coarse(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
+    step = 2.4 * float(np.max(np.abs(columns.effort))) / 2.0 ** rng.choice([3, 4, 5])
+    return replace(columns, effort=step * np.round(columns.effort / step))
+
+
+def _gain_step(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    """Log an effort of which the axis gets 1.06 to 1.25 times as much, or as little, later on."""
+    gain = rng.uniform(1.06, 1.25) ** _sign(rng)
+    later = columns.time > rng.uniform(0.3, 0.7) * setup.duration
+    return replace(columns, effort=np.where(later, columns.effort / gain, columns.effort))
+
+
 def _decimated(rate: float) -> Effect:
     every = round(1.0 / (rate * CYCLE))
     return Effect(distort=lambda columns, _setup, _rng: columns.rows(slice(None, None, every)))
@@ -307,6 +319,13 @@ def _lost(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     for start in rng.integers(0, n, size=2):  # two longer gaps
         kept[start : start + rng.integers(20, 80)] = False
     return columns.rows(kept)
+
+
+def _lost_uncounted(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
+    n = columns.time.size
+    kept = rng.random(n) >= np.exp(rng.uniform(np.log(1e-3), np.log(0.03)))
+    left = columns.rows(kept)
+    return replace(left, time=columns.time[: left.time.size])
 
 
 # Measured velocity.
@@ -381,6 +400,8 @@ EFFECTS: dict[str, Effect] = {
     "clipped": Effect(distort=_clipped),
     "spikes": Effect(distort=_spikes),
     "quantized": Effect(distort=_quantized),
+    "coarse": Effect(distort=_coarse),
+    "gain_step": Effect(distort=_gain_step),
     "rate_250": _decimated(250.0),
     "rate_50": _decimated(50.0),
     "rate_20": _decimated(20.0),
@@ -391,6 +412,7 @@ EFFECTS: dict[str, Effect] = {
     "nominal_stamps": Effect(change=_jittered, distort=_nominal_stamps),
     "noisy_stamps": Effect(distort=_noisy_stamps),
     "lost_samples": Effect(distort=_lost),
+    "lost_uncounted": Effect(distort=_lost_uncounted),
     "velocity": Effect(distort=_velocity),
     "velocity_delayed": Effect(distort=_delayed_velocity),
     "velocity_filtered": Effect(distort=_filtered_velocity),

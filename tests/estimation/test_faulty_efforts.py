@@ -1,4 +1,4 @@
-"""Efforts that are late by many samples, or that lack their sign: closed forms of a plain axis."""
+"""Efforts that are late, coarse, without their sign or of a changing gain, in closed form."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -8,8 +8,9 @@ import pytest
 from jaxtyping import Float
 
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
+from stickslip.estimation.selection.faults.change import ChangeTuning
 from stickslip.estimation.selection.search import SearchTuning, scanned_delay
-from stickslip.records import AxisLog, Status
+from stickslip.records import AxisLog, FrictionEstimate, Status
 
 Disturbance = Callable[[Float[np.ndarray, " n"]], Float[np.ndarray, " n"]]
 MASS = 3.0  # kg
@@ -79,6 +80,10 @@ def test_an_effort_without_its_sign_is_named() -> None:
     assert not named(log, 10.0 + size)  # away from zero
 
 
+def named_coarse(estimate: FrictionEstimate) -> bool:
+    return any("recorded in steps of" in note for note in estimate.diagnostics.notes)
+
+
 @pytest.mark.parametrize(
     ("step", "viscous", "noise", "coarse"),
     [
@@ -96,6 +101,92 @@ def test_steps_of_the_effort_that_hide_friction_are_named(
     effort = log.effort - (4.0 - viscous) * velocity
     effort = effort + noise * np.random.default_rng(2).standard_normal(effort.size)
     estimate = SelectedModelEstimator().fit(replace(log, effort=step * np.rint(effort / step)))
-    found = [note for note in estimate.diagnostics.notes if "recorded in steps of" in note]
-    assert bool(found) == coarse
+    assert named_coarse(estimate) == coarse
     assert (estimate.status is Status.MODEL_MISMATCH) == coarse
+
+
+@pytest.mark.parametrize("levels", [3, 7])
+def test_few_rounded_levels_are_named(levels: int) -> None:
+    log = log_of()
+    step = 2.2 * float(np.max(np.abs(log.effort))) / levels
+    effort = step * np.rint(log.effort / step)
+    assert np.unique(effort).size <= levels
+    estimate = SelectedModelEstimator().fit(replace(log, effort=effort))
+    assert named_coarse(estimate)
+    assert estimate.status is Status.MODEL_MISMATCH
+
+
+def test_few_levels_that_a_drive_is_given_are_exact() -> None:
+    """Efforts of 6 and -6 N for 1 s each on a mass of 2 kg with 1 N of Coulomb friction.
+
+    The axis slows down by 3.5 m/s^2 until rest, and then speeds up by 2.5 m/s^2.
+    """
+    T, half = 1e-3, 1e-3 * np.arange(1000)
+    ends = (2.5 / 3.5) / (1.0 + 2.5 / 3.5)  # s, of slowing down: both change the speed equally
+    lowest = -0.5 * 3.5 * ends**2
+    slowing = lowest + 0.5 * 3.5 * (ends - half) ** 2
+    one = np.where(half < ends, slowing, lowest + 0.5 * 2.5 * (half - ends) ** 2)
+    last = lowest + 0.5 * 2.5 * (1.0 - ends) ** 2
+    position = np.tile(np.concatenate([one, last - one]), 8)
+    effort = np.tile(np.repeat([6.0, -6.0], half.size), 8)
+    log = AxisLog(
+        name="stage",
+        kind="linear",
+        time=T * np.arange(effort.size),
+        effort=effort,
+        measured_position=position,
+    )
+    estimate = SelectedModelEstimator().fit(log)
+    assert not named_coarse(estimate)
+    assert estimate.value("mass") == pytest.approx(2.0, rel=1e-3)
+    assert estimate.value("coulomb_friction") == pytest.approx(1.0, rel=1e-3)
+
+
+def test_no_term_describes_the_rounding_of_the_effort() -> None:
+    """Rounding errors of 0.05 N (rms) repeat with the motion, as a term does."""
+    step, log = 0.05 * np.sqrt(12.0), log_of()
+    quiet = log.effort - 0.02 * np.random.default_rng(1).standard_normal(len(log))
+    rounded = replace(log, effort=step * np.rint(quiet / step))
+    model = SelectedModelEstimator().details(rounded).model
+    assert model is not None
+    assert model.names == ()
+    size = float(np.sqrt(np.mean(model.rows.effort**2)))
+    weak = 0.5 * 0.05 / float(np.std(log.measured_position))
+    strong = 6.0 * weak
+    assert 0.05 / size > SearchTuning.smallest_share
+    for stiffness, names in ((weak, ()), (strong, ("spring",))):
+        effort = step * np.rint((quiet + stiffness * log.measured_position) / step)
+        model = SelectedModelEstimator().details(replace(log, effort=effort)).model
+        assert model is not None
+        assert model.names == names
+
+
+def inertial(time: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    return MASS * (0.2 * np.cos(2.0 * time) + 0.25 * np.cos(5.0 * time))
+
+
+@pytest.mark.parametrize(
+    ("gain", "friction", "inertia", "words"),
+    [
+        (0.9, 1.0, 1.0, "takes 1.11 times the logged effort"),
+        (1.0, 1.2, 1.0, "friction is 1.2 times"),
+        (1.0, 1.0, 1.3, "inertia is 1.3 times"),
+        (0.985, 1.0, 1.0, ""),  # by less than counts
+        (1.0, 1.0, 1.0, ""),
+    ],
+)
+def test_a_sudden_change_is_named(gain: float, friction: float, inertia: float, words: str) -> None:
+    log = log_of()
+    late = log.time + 0.5e-3 > 12.0
+    own = inertial(log.time + 0.5e-3)
+    changed = (inertia * own + friction * (log.effort - own)) / gain
+    estimate = SelectedModelEstimator().fit(
+        replace(log, effort=np.where(late, changed, log.effort))
+    )
+    found = [note for note in estimate.diagnostics.notes if note.startswith("from about")]
+    assert bool(found) == bool(words)
+    assert (estimate.status is Status.MODEL_MISMATCH) == bool(words)
+    if words:
+        assert words in found[0]
+        instant = float(found[0].split()[2])
+        assert instant == pytest.approx(12.0, abs=20.0 / ChangeTuning().instants)

@@ -46,6 +46,7 @@ FURTHER: dict[str, Column] = {
     "friction drift": lambda t: (
         -0.01 * (1.5 * np.sign(velocity(t)) + 4.0 * velocity(t)) * (t - 10.0)
     ),
+    "dead band": lambda t: 0.3 * np.sign(plain(t)),
     "gain drift": lambda t: plain(t) * (1.0 / (1.0 + 0.01 * (t - 10.0)) - 1.0),
 }
 """By the term that it is: an effort over time."""

@@ -104,6 +104,10 @@ EXTRAS: dict[str, tuple[Extra, dict[str, float]]] = {
         lambda m: plain_effort(m) * (1.0 / (1.0 + 0.01 * ramp(m)) - 1.0),
         {"gain_drift": 0.01},
     ),
+    "dead band": (
+        lambda m: 0.3 * np.sign(plain_effort(m)),
+        {"dead_band": 0.3},
+    ),
     "stribeck": (
         lambda m: 0.8 * np.sign(m.velocity) * np.exp(-((m.velocity / 0.02) ** 2)),
         {"static_friction": 2.3, "stribeck_velocity": 0.02},

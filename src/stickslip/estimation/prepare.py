@@ -4,7 +4,7 @@ Wrapped angles are continued, glitches and steps of the position repaired, clipp
 and time stamps evened out. Everything that is done is counted and stated.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float
 from scipy import ndimage
 
 from stickslip.estimation.signals.kinematics import noise_level
+from stickslip.estimation.signals.lost_records import LostRecordTuning, with_lost_time
 from stickslip.estimation.signals.observation import fuse
 from stickslip.estimation.signals.resampling import SMALLEST_JITTER, resampled
 from stickslip.estimation.signals.sensor_noise import encoder_step, position_noise
@@ -64,6 +65,8 @@ class PreparationTuning:
     """Delay of a velocity beyond which it is not used [samples]."""
     most_clipped: float = 0.4
     """Share of the samples [-] at an extreme beyond which the input is switched, not clipped."""
+    lost_records: LostRecordTuning = field(default_factory=LostRecordTuning)
+    """Of the search for lost records."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,6 +239,8 @@ def _mended(log: AxisLog, tuning: PreparationTuning) -> _Mended:
     for name in _POSITIONS:
         log, own, found = _unwrapped(log, name, tuning)
         period, notes = period or own, notes + found
+    log, found = with_lost_time(log, tuning.lost_records)
+    notes += found
     log, marks, found = _without_glitches(log, tuning)
     notes += found
     log, jumped, found = _without_jumps(log, tuning)

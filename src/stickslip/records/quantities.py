@@ -85,6 +85,7 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("friction drift", "d_f", "1/s", "1/s", "any"),
         _quantity("viscous drift", "d_v", "N/m", "N m/rad", "any"),
         _quantity("gain drift", "d_k", "1/s", "1/s", "any"),
+        _quantity("dead band", "u_d", "N", "N m", "positive"),
         # Displacement of a pulse over its squared width, and that as A_1 f^2 - A_2 f (Eqs. 4, 16)
         _quantity("pulse gain", "b", "m/s^2", "rad/s^2"),
         _quantity("gain 1", "A_1", "m/(N s)^2", "rad/(N m s)^2"),

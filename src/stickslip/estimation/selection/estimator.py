@@ -13,6 +13,12 @@ from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.dwell import DwellTuning, RestedLog, with_dwell
+from stickslip.estimation.selection.faults.change import ChangeTuning, sudden_change
+from stickslip.estimation.selection.faults.saturation import (
+    SaturationTuning,
+    saturates,
+    without_saturation,
+)
 from stickslip.estimation.selection.model import (
     DELAY_TERM,
     Model,
@@ -25,8 +31,10 @@ from stickslip.estimation.selection.model_rows import (
     with_shapes,
 )
 from stickslip.estimation.selection.plausibility import (
+    ROUNDING,
     PlausibilityTuning,
     coarse_effort,
+    effort_step,
     implausible_time,
     implausible_units,
     reversed_sign,
@@ -46,11 +54,6 @@ from stickslip.estimation.selection.rival_law import (
     rival_laws,
     rival_note,
     rival_shifts,
-)
-from stickslip.estimation.selection.saturation import (
-    SaturationTuning,
-    saturates,
-    without_saturation,
 )
 from stickslip.estimation.selection.search import (
     SearchTuning,
@@ -101,7 +104,7 @@ class SelectionTuning:
 
     Attributes
     ----------
-    motion, search, saturation, rival, dwell, intervals, plausibility
+    motion, search, saturation, rival, dwell, intervals, change, plausibility
         Of the stages.
     effort_kind_gain
         Relative decrease of the residual for which an effort with uneven time stamps is taken for
@@ -115,11 +118,13 @@ class SelectionTuning:
     rival: RivalTuning = field(default_factory=RivalTuning)
     dwell: DwellTuning = field(default_factory=DwellTuning)
     intervals: IntervalTuning = field(default_factory=IntervalTuning)
+    change: ChangeTuning = field(default_factory=ChangeTuning)
     plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
     effort_kind_gain: float = 0.1
 
 
 _LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
+_TINY = np.finfo(float).tiny
 _EXACT = 1e-9  # share below which a column is a combination of others
 _UNKNOWN_DELAY = (
     "this log does not show whether the effort acts within a sample of its time stamp, which "
@@ -371,6 +376,7 @@ class SelectedModelEstimator:
             coarse_effort(model, motions, log.log.unit("effort"), self.tuning.plausibility)
         )
         causes.append(wrong_model(model, self.tuning.plausibility))
+        causes.append(sudden_change(model, self.tuning.change))
         estimate = self._with_selection(log, motions, model, estimate)
         if estimate.status is Status.UNPHYSICAL:
             reverse = reversed_sign(model, kind, self.tuning.plausibility)
@@ -458,6 +464,12 @@ class SelectedModelEstimator:
             model = model.shifted(self.effort_delay / T)
         if model.rows.size == 0:
             return model, ()
+        # A term below the rounding error of the effort may describe that
+        rounding = effort_step(motions, self.tuning.plausibility) / ROUNDING
+        size = float(np.sqrt(np.mean(model.rows.own_effort**2)))
+        tuning = replace(
+            tuning, smallest_share=max(tuning.smallest_share, rounding / max(size, _TINY))
+        )
         terms = [DELAY_TERM, *candidate_terms(motions, log.log.kind)]
         left_out = {*self.exclude, *(() if saturation else (SATURATION,))}
         if self.effort_delay is not None:

@@ -18,7 +18,10 @@ from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, count_of, quantity_name
 
 __all__ = [
+    "ROUNDING",
     "PlausibilityTuning",
+    "coarse_effort",
+    "effort_step",
     "implausible_time",
     "implausible_units",
     "reversed_sign",
@@ -70,8 +73,12 @@ class PlausibilityTuning:
     largest_residual: float = 0.25
     """Share of the effort that no term and no noise explains [-], beyond which the model is not
     what moves the axis."""
-    fewest_levels: int = 20
-    """Distinct efforts: fewer are those that a drive is given."""
+    fewest_levels: int = 10
+    """Distinct efforts: fewer may be those that a drive is given. Fewer than 10 rounded
+    ones have steps that are coarse beside friction."""
+    least_rounding: float = 0.2
+    """Share of the rounding error that a model leaves of few efforts [-], from which they are
+    rounded: of rounded ones most models leave half, of exact ones next to nothing."""
     most_levels: int = 2000
     """Distinct efforts: steps of more of them are small."""
     largest_step: float = 0.15
@@ -89,6 +96,8 @@ class PlausibilityTuning:
     a bus or an operating system delays them by less."""
 
 
+ROUNDING = float(np.sqrt(12.0))
+"""Step over the standard deviation of its rounding error [-]."""
 _LATTICE = 1e-5  # relative, to which readings of an encoder are multiples of its step
 _FEWEST_BITS = 9
 _MOST_BITS = 32
@@ -303,21 +312,42 @@ def unexplained_effort(
     return text.format(100 * share)
 
 
+def effort_step(motions: SlipMotions, tuning: PlausibilityTuning) -> float:
+    """Return the step in which the effort is recorded, if its rounding is no noise; 0 if it is.
+
+    Rounding errors of an effort that is quieter than its steps depend on the motion, and repeat
+    with it: a term that is smaller may describe them. A drive that is given a few efforts has them
+    exactly.
+    """
+    levels, step = _lattice(motions, tuning)
+    return step if levels >= tuning.fewest_levels else 0.0
+
+
+def _lattice(motions: SlipMotions, tuning: PlausibilityTuning) -> tuple[int, float]:
+    """Return the number of distinct efforts and their step; 0 if noise exceeds it."""
+    levels = np.unique(np.concatenate([m.effort[m.usable] for m in motions.stretches]))
+    if not 1 < levels.size <= tuning.most_levels:
+        return levels.size, 0.0
+    step = _common_step(np.diff(levels))
+    noise = noise_level(np.concatenate([m.effort for m in motions.stretches]))
+    return levels.size, 0.0 if noise > tuning.dithered * step else step
+
+
 def coarse_effort(model: Model, motions: SlipMotions, unit: str, tuning: PlausibilityTuning) -> str:
     """Return that friction is hardly more than the steps of the effort; empty if it is.
 
     Rounding errors of an effort that changes little in a move are no noise: friction takes them up.
+    Few efforts that the model explains but for a small part of a step are those of a drive.
     """
-    levels = np.unique(np.concatenate([m.effort[m.usable] for m in motions.stretches]))
-    if not tuning.fewest_levels <= levels.size <= tuning.most_levels or not testable(model):
+    levels, step = _lattice(motions, tuning)
+    if not testable(model):
         return ""
-    step = _common_step(np.diff(levels))
-    noise = noise_level(np.concatenate([m.effort for m in motions.stretches]))
     coulomb, viscous = np.abs(model.friction())
     rise = viscous * motions.top_speed  # over several steps, rounding averages out
     if step <= max(tuning.largest_step * coulomb, tuning.least_rise * rise):
         return ""
-    if noise > tuning.dithered * step:
+    left = model.residual_share() * float(np.sqrt(np.mean(model.rows.effort**2)))
+    if levels < tuning.fewest_levels and left < tuning.least_rounding * step / ROUNDING:
         return ""
     return (
         f"the effort is recorded in steps of {step:.3g} {unit}, {100 * step / coulomb:.0f} % of "

@@ -22,7 +22,7 @@ from stickslip.estimation.selection.significance import (
     held_out_errors,
     significance,
 )
-from stickslip.estimation.selection.terms import DELAY, SATURATION, Term, ripple_term
+from stickslip.estimation.selection.terms import DEAD_BAND, DELAY, SATURATION, Term, ripple_term
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
 from stickslip.estimation.weak_form.windows import Weight
@@ -66,6 +66,12 @@ class SearchTuning:
     """Gain on moves left out of the fit, in its standard errors (one-standard-error rule) [-]."""
     smallest_gain: float = 0.02
     """The same relative to the squared error [-]: less makes no difference to a user."""
+    dead_band_gain: float = 0.8
+    """The same of a dead band [-], whose column holds small efforts themselves: a band leaves next
+    to nothing but noise. 0.5 takes presliding for one in some logs; above 0.9 noise hides bands."""
+    friction_beside: float = 0.5
+    """Least Coulomb friction beside a dead band, over the band [-]: where friction builds up over
+    much of the travel, a band takes its place."""
     smallest_share: float = 1e-3
     """Of the effort that a term must explain [-]: errors of a sampled motion can be as large."""
     smallest_ratio: float = 0.015
@@ -324,6 +330,12 @@ def _tried(
         return trial if delayed.settled or certain else None
     more, folds = np.column_stack([columns, own]), model.rows.folds
     gains = errors - held_out_errors(more, basis.target, folds)
+    if term.name == DEAD_BAND:
+        banded = replace(model, chosen=(*model.chosen, (term, shape)))
+        least = tuning.friction_beside * float(banded.coefficients(DEAD_BAND)[0])
+        gain = float(np.sum(gains)) / max(float(np.sum(errors)), np.finfo(float).tiny)
+        if gain < tuning.dead_band_gain or banded.friction()[0] < least:
+            return None
     ratio = _ratio(model, term, shape, tuning)
     return _scored(term, shape, ratio, basis.share(partial), p_value, errors, gains)
 

@@ -15,6 +15,7 @@ from stickslip.estimation.weak_form.rows import ANY, Column, Shape, model_effort
 from stickslip.records import AxisKind
 
 __all__ = [
+    "DEAD_BAND",
     "DELAY",
     "DWELL",
     "ELASTIC",
@@ -43,6 +44,9 @@ SATURATION = "saturation"
 MODEL_SCALE = "model scale"
 """Name of the term that is the relative error of the effort that a model states."""
 
+DEAD_BAND = "dead band"
+"""Name of the term that is the effort lost in a dead band of the actuator."""
+
 POSITIVE = (0.0, np.inf)
 NEGATIVE = (-np.inf, 0.0)
 _ALL_OF_IT = (0.7, 1.3)  # an effort that does not reach the axis at all has the coefficient 1
@@ -64,12 +68,18 @@ TERM_NAMES = (
     "friction drift",
     "viscous drift",
     "gain drift",
+    "dead band",
     "saturation",
 )
 """Names of all terms."""
 
 _STRIBECK_SHAPES = 9  # velocities tried, a factor of some 1.4 apart; refined afterwards
 _PRESLIDING_SHAPES = 7  # distances tried, a factor of 2.8 apart; refined afterwards
+_DEAD_BAND_SHAPES = 9  # sizes tried, a factor of 1.5 apart; refined afterwards
+_NARROWEST_BAND = 0.04  # of the widest
+_MOST_BANDED = (
+    0.2  # of the samples in motion: a wider band would explain small efforts by themselves
+)
 _SATURATION_SHAPES = 12  # limits tried; the limit is not refined
 _MOST_SATURATED = 0.4  # of the samples in motion: a drive that saturates more often is another axis
 _SWING = 0.5  # rad: a smaller one bends the sine of a pendulum by less than 1 %
@@ -121,6 +131,7 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
     efforts = np.abs(motions.moving(lambda m: m.effort))
     largest_effort = float(np.max(efforts))
     lowest_limit = max(float(np.quantile(efforts, 1.0 - _MOST_SATURATED)), 1e-3 * largest_effort)
+    widest_band = max(float(np.quantile(efforts, _MOST_BANDED)), 1e-3 * largest_effort)
     extent = float(np.ptp(position))
     origin, centre = motions.reference_position, motions.reference_time
     terms = [
@@ -184,6 +195,12 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
             "gain drift",
             "the gain from logged to true effort drifts during the log",
             gain_drift=lambda m: -m.effort * (m.time - centre),
+        ),
+        _family(
+            DEAD_BAND,
+            "a dead band of the actuator takes a part of every effort",
+            lambda size: _dead_band(min(size, widest_band)),
+            np.geomspace(_NARROWEST_BAND * widest_band, widest_band, _DEAD_BAND_SHAPES),
         ),
         Term(
             name=SATURATION,
@@ -284,6 +301,17 @@ def _presliding(distance: float) -> Shape:
         value=distance,
         bounds=NEGATIVE,
         slope=("presliding_distance", slope),
+    )
+
+
+def _dead_band(size: float) -> Shape:
+    """Return ``clip(u / u_d, -1, 1)``: the effort that a dead band of the size u_d takes."""
+    return Shape(
+        names=("dead_band",),
+        columns=(lambda m: np.clip(m.effort / size, -1.0, 1.0),),
+        value=size,
+        bounds=(_ALL_OF_IT[0] * size, _ALL_OF_IT[1] * size),
+        of_effort=True,
     )
 
 

@@ -38,6 +38,8 @@ class Shape:
     slope: tuple[str, Callable[[Float[np.ndarray, " p"]], Column]] | None = None
     """Parameter that ``value`` is, and the derivative of the effort with respect to it as a
     function of the coefficients; None where it is not reported so."""
+    of_effort: bool = False
+    """Whether the columns are functions of the effort, which is held and delayed as it is."""
 
     def allows(self, values: Float[np.ndarray, " p"]) -> bool:
         """Return whether the term can have these coefficients."""
@@ -145,6 +147,12 @@ class WindowRows:
 
     def means(self, shape: Shape) -> Float[np.ndarray, "n p"]:
         """Return the weighted means of the columns of a shape, computed once."""
+        if shape.of_effort:  # other ones for each delay
+            held = [
+                self._filtered(column, lambda own: own.weight.held(own.delay))
+                for column in shape.columns
+            ]
+            return np.column_stack(held)
         known = self._means.get(id(shape))
         if known is None:
             known = (shape, np.column_stack([self.mean(column) for column in shape.columns]))

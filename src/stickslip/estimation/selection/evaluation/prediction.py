@@ -88,7 +88,7 @@ def predict_effort(
         effort = _effort(values, selection, motion, weight)
         inside = (at >= motion.time[0]) & (at <= motion.time[-1])
         predicted[inside] = np.interp(at[inside], motion.time, effort)
-    return predicted / _gain(values, selection, log.time)
+    return _logged(values, selection, log.time, predicted)
 
 
 def prediction_error(
@@ -112,7 +112,7 @@ def prediction_error(
     for motion in motions.stretches:
         effort = _effort(values, selection, motion, weight)
         effort = np.interp(motion.time + late, motion.time, effort, left=np.nan, right=np.nan)
-        effort /= _gain(values, selection, motion.time)
+        effort = _logged(values, selection, motion.time, effort)
         known = np.isfinite(effort)
         error = motion.effort - np.where(known, effort, motion.effort)
         whole = whole_windows(motion.direction, motion.usable & known, weight.half_width)
@@ -142,7 +142,7 @@ def effort_at_rest(
     selection = estimate.selection or _NOTHING_SELECTED
     effort = law_effort(values, motion.velocity, motion.direction.astype(float))
     effort += _further_effort(values, selection, motion)
-    return float((effort / _gain(values, selection, motion.time))[0])
+    return float(_logged(values, selection, motion.time, effort)[0])
 
 
 _NOTHING_SELECTED = ModelSelection(summary="", scores=())
@@ -172,7 +172,7 @@ def _windows(prepared: PreparedLog, window: float | None) -> tuple[SlipMotions, 
 def _effort(
     values: Mapping[str, float], selection: ModelSelection, motion: SlipMotion, weight: Weight
 ) -> Float[np.ndarray, " n"]:
-    """Return the effort at each sample of a motion, without a drift of the gain; NaN at rest."""
+    """Return the effort that acts at each sample of a motion [N or N m]; NaN at rest."""
     effort = values["inertia"] * _derivative(motion, weight, weight.second())
     if "elasticity" in values:
         effort += values["elasticity"] * _derivative(motion, weight, weight.fourth())
@@ -182,11 +182,15 @@ def _effort(
     return effort
 
 
-def _gain(
-    values: Mapping[str, float], selection: ModelSelection, time: Float[np.ndarray, " n"]
+def _logged(
+    values: Mapping[str, float],
+    selection: ModelSelection,
+    time: Float[np.ndarray, " n"],
+    effort: Float[np.ndarray, " n"],
 ) -> Float[np.ndarray, " n"]:
-    """Return the gain from logged to true effort [-]."""
-    return 1.0 + values.get("gain_drift", 0.0) * (time - selection.reference_time)
+    """Return the logged effort of which an effort reaches the axis [N or N m]."""
+    gain = 1.0 + values.get("gain_drift", 0.0) * (time - selection.reference_time)
+    return (effort + values.get("dead_band", 0.0) * np.sign(effort)) / gain
 
 
 def _middles(

@@ -1,0 +1,1 @@
+"""Faults of a drive or an axis that change what a log shows."""

@@ -1,0 +1,116 @@
+"""A sudden change of the gain, the friction or the inertia within a log."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.fit.rows import least_squares
+from stickslip.estimation.selection.model import Model, testable
+from stickslip.estimation.selection.significance import Partial, significance
+
+__all__ = ["ChangeTuning", "sudden_change"]
+
+_TINY = np.finfo(float).tiny
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChangeTuning:
+    """Tuning of the test for a sudden change."""
+
+    instants: int = 19
+    """Instants that are tried, 5 % of the windows apart: a change in between leaves a fortieth of
+    the log on the wrong side."""
+    smallest_change: float = 0.03
+    """Relative change [-]: a smaller one makes parameters wrong by less than half of it."""
+    smallest_share: float = 2e-3
+    """Of the effort that it must explain [-]: that of a term is half as large, as there are fewer
+    causes of a sudden change."""
+    largest_p_value: float = 5e-3
+    """Of the change at the best instant [-]: its size, the drifts and the larger of two p-values
+    leave next to no false alarms, although the instant is searched. 1e-3 misses a change of the
+    gain in some ten."""
+
+
+def sudden_change(model: Model, tuning: ChangeTuning) -> str:
+    """Return that gain, friction or inertia change at an instant of the log; empty if none does.
+
+    A part y of the fitted effort changes at the instant t_1: the column ``y (H(t - t_1) - h)`` with
+    the coefficient g beside those of the model, and the share h of the squares of y that are later.
+    The part is then ``1 + g (1 - h)`` times y after the instant, and ``1 - g h`` times before. The
+    one that explains most is all of the effort (the gain from the logged effort to that of the
+    axis), friction, or the force of inertia. It must explain more than a drift of a part, and more
+    than the selected drifts.
+
+    Parameters
+    ----------
+    model
+        As selected.
+    """
+    steady = replace(
+        model, chosen=tuple(pair for pair in model.chosen if pair[0].name not in _DRIFTS)
+    )
+    if not testable(steady):
+        return ""
+    basis, time = steady.basis(), steady.rows.time
+    best: _Change | None = None
+    drift = float(np.sum(basis.residual**2) - np.sum(model.basis().residual ** 2))
+    for words, part in _parts(steady):
+        ramp = basis.partial((part * (time - np.mean(time)))[:, None])
+        drift = max(drift, 0.0 if ramp is None else float(ramp.coordinates[0] ** 2))
+        for instant in np.quantile(time, np.linspace(0.0, 1.0, tuning.instants + 2)[1:-1]).tolist():
+            share = float(np.sum(part[time > instant] ** 2) / max(float(np.sum(part**2)), _TINY))
+            partial = basis.partial((part * ((time > instant) - share))[:, None])
+            if partial is None:
+                continue
+            found = _Change(words=words, instant=instant, share=share, partial=partial)
+            if best is None or found.explained > best.explained:
+                best = found
+    if best is None or best.explained <= drift:
+        return ""
+    size = float(best.partial.values[0])
+    before, after = 1.0 - size * best.share, 1.0 + size * (1.0 - best.share)
+    small = abs(size) < tuning.smallest_change or basis.share(best.partial) < tuning.smallest_share
+    if small or min(before, after) <= 0.0:
+        return ""
+    if significance(basis, best.partial) > tuning.largest_p_value:
+        return ""
+    return (
+        best.words.format(instant=best.instant, ratio=after / before)
+        + f"; identify the parts before and after {best.instant:.3g} s on their own (--to, --from)"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Change:
+    """A change of a part of the effort at an instant."""
+
+    words: str
+    instant: float  # [s]
+    share: float  # of the squares of the part that are later [-]
+    partial: Partial
+
+    @property
+    def explained(self) -> float:
+        """Decrease of the sum of squared residuals."""
+        return float(self.partial.coordinates[0] ** 2)
+
+
+def _parts(model: Model) -> list[tuple[str, Float[np.ndarray, " n"]]]:
+    """Return the parts of the fitted effort that may change, with the words for each."""
+    columns = model.columns()
+    values = least_squares(columns, model.target())
+    inertia = model.scaled(model.rows.acceleration) * (model.inertia or values[0])
+    coulomb, viscous = model.friction()
+    friction = model.scaled(coulomb * model.rows.direction + viscous * model.rows.velocity)
+    whole = columns @ values + (inertia if model.inertia is not None else 0.0)
+    return [(_GAIN, whole), (_FRICTION, friction), (_INERTIA, inertia)]
+
+
+_DRIFTS = ("offset drift", "friction drift", "viscous drift", "gain drift")
+_GAIN = (
+    "from about {instant:.3g} s on the same motion takes {ratio:.3g} times the logged effort: the "
+    "gain of the drive or the scale of the effort changes there"
+)
+_FRICTION = "from about {instant:.3g} s on friction is {ratio:.3g} times that before"
+_INERTIA = "from about {instant:.3g} s on the inertia is {ratio:.3g} times that before"
