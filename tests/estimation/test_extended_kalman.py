@@ -5,6 +5,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
@@ -250,13 +251,8 @@ def test_a_disturbing_force_is_found_and_widens_the_intervals() -> None:
     moved = simulate(plant, effort + disturbance * rng.normal(size=effort.size), sampling_time=T)
     sensors = Sensors(position_noise=1e-6, velocity_noise=1e-5)
     seen = sensors.measure(moved, rng)
-    log = AxisLog(
-        name="disturbed",
-        kind="linear",
-        time=seen.time,
-        effort=np.append(effort, effort[-1]),
-        measured_position=seen.measured_position,
-        measured_velocity=seen.measured_velocity,
+    log = axis_log(
+        seen.time, np.append(effort, effort[-1]), seen.measured_position, seen.measured_velocity
     )
     found = ExtendedKalmanFilter(
         inertia=MASS, offset=True, position_noise=1e-6, velocity_noise=1e-5
@@ -320,14 +316,7 @@ def test_gaps_end_a_motion_but_not_what_is_known() -> None:
     keep = np.r_[0:4000, 4500 : len(whole)]
     v = whole.measured_velocity
     assert v is not None
-    gappy = AxisLog(
-        name="gap",
-        kind="linear",
-        time=whole.time[keep],
-        effort=whole.effort[keep],
-        measured_position=whole.measured_position[keep],
-        measured_velocity=v[keep],
-    )
+    gappy = axis_log(whole.time[keep], whole.effort[keep], whole.measured_position[keep], v[keep])
     found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(gappy)
     for name, true in TRUTH.items():
         assert found.value(name) == pytest.approx(true, abs=1e-3)

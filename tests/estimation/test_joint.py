@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from jaxtyping import Float
 from refusals import refuses
 from scipy.stats import f as f_distribution
@@ -59,12 +60,8 @@ def log_of(
     x, v, a = motion(acts)
     effort = 3.0 * a + 4.0 * v + 1.5 * (1.0 + more_coulomb) * np.sign(v) + offset
     effort += stiffness * x + drift * (acts - 0.5 * duration)
-    return AxisLog(
-        name=name,
-        kind="linear",
-        time=time,
-        effort=effort + noise * rng.standard_normal(time.size),
-        measured_position=motion(time)[0],
+    return axis_log(
+        time, effort + noise * rng.standard_normal(time.size), motion(time)[0], name=name
     )
 
 

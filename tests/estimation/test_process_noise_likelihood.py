@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from scipy.linalg import expm
 from scipy.stats import multivariate_normal
 
@@ -334,13 +335,7 @@ def closed_loop(
             force = u + d - 4.0 * v - 1.0 * np.sign(v) - 0.3 - spring * x
             x, v = x + h * v + 0.5 * h * h * force / mass, v + h * force / mass
         d = r * d + disturbance * np.sqrt(1.0 - r * r) * generator.standard_normal()
-    log = AxisLog(
-        name="loop",
-        kind="linear",
-        time=t,
-        effort=effort + effort_noise * generator.standard_normal(n),
-        measured_position=read,
-    )
+    log = axis_log(t, effort + effort_noise * generator.standard_normal(n), read)
     return log, replace(log, effort=effort, measured_position=true_x)
 
 

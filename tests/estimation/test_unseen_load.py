@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.stats
+from axis_logs import axis_log
 from refusals import refuses
 
 from stickslip.estimation import EnergyEstimator, MaximumLikelihoodEstimator, examine
@@ -265,13 +266,11 @@ SHORT = {"inertia": 1.3, "load_inertia": 0.7, "stiffness": 40.0}
 def test_the_smoother_is_the_posterior() -> None:
     n, step, rate = 12, 0.02, 30.0
     generator = np.random.default_rng(3)
-    log = AxisLog(
-        name="short",
-        kind="linear",
-        time=np.arange(n) * step,
-        effort=generator.standard_normal(n),
-        measured_position=1e-2 * generator.standard_normal(n),
-        measured_velocity=1e-1 * generator.standard_normal(n),
+    log = axis_log(
+        np.arange(n) * step,
+        generator.standard_normal(n),
+        1e-2 * generator.standard_normal(n),
+        1e-1 * generator.standard_normal(n),
     )
     sensors = DrivenMotion.of_arm(log, AxisModel(**SHORT), (1e-2, 1e-1), 1.0)
     freedom = np.where(np.arange(n) % 4 == 0, 50.0, 1.0)
