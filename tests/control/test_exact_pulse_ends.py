@@ -9,12 +9,12 @@ import pytest
 from exact_pulses import CONTROLLER, ENCODER, PLANT, SAMPLE_NOISE, T, symmetric
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from pulse_runs import run_pulses
 from slow_cases import quick_where
 
 from stickslip.control import RestDetection
 from stickslip.control.pulses import kernel as pulse
-from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import PositioningOutcome, SensorSample
 from stickslip.simulation import PlantStepper, Sensors
@@ -61,14 +61,7 @@ def unsteady(share, seed, *, mass=150.0):
         fs = fc * rng.uniform(1.05, 1.5, 2)
         yield SingleMass(
             mass=mass,
-            friction=CoulombViscousFriction(
-                coulomb_friction_positive=fc[0],
-                coulomb_friction_negative=fc[1],
-                static_friction_positive=fs[0],
-                static_friction_negative=fs[1],
-                viscous_friction_positive=700.0,
-                viscous_friction_negative=700.0,
-            ),
+            friction=uneven(coulomb=fc, static=fs, viscous=(700.0, 700.0)),
         )
 
 

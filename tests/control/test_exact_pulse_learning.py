@@ -8,6 +8,7 @@ import exact_pulses
 import numpy as np
 import pytest
 from exact_pulses import ENCODER, ENCODER_ONLY, IDEAL, T, driven, told_of
+from laws import uneven
 from pulse_runs import run_pulses
 from random_axes import random_axes
 from refusals import refuses
@@ -21,15 +22,7 @@ from stickslip.plants import SingleMass
 from stickslip.records import LearnedPulses, PositioningOutcome, SensorSample
 from stickslip.simulation import Sensors, simulate, simulate_closed_loop
 
-UNEVEN = CoulombViscousFriction(
-    coulomb_friction_positive=90.0,
-    coulomb_friction_negative=115.0,
-    static_friction_positive=120.0,
-    static_friction_negative=135.0,
-    viscous_friction_positive=650.0,
-    viscous_friction_negative=800.0,
-    offset=15.0,
-)
+UNEVEN = uneven(coulomb=(90.0, 115.0), static=(120.0, 135.0), viscous=(650.0, 800.0), offset=15.0)
 PLANT = SingleMass(mass=150.0, friction=UNEVEN)
 CONTROLLER = replace(exact_pulses.CONTROLLER, mass=145.0)
 MEANS_APART = 0.02  # standard deviations: slopes by differences, both here and there
@@ -91,14 +84,7 @@ def most_probable(controller, once, log, *, inflation=1.0):
 
     def residuals(logarithms):
         mass, *friction = np.exp(logarithms).tolist()
-        law = CoulombViscousFriction(
-            coulomb_friction_positive=friction[0],
-            coulomb_friction_negative=friction[1],
-            static_friction_positive=friction[0],
-            static_friction_negative=friction[1],
-            viscous_friction_positive=friction[2],
-            viscous_friction_negative=friction[3],
-        )
+        law = uneven(coulomb=friction, static=friction, viscous=(friction[2], friction[3]))
         x = simulate(SingleMass(mass=mass, friction=law), efforts, sampling_time=period).position
         model = np.append(x[np.maximum(later - controller.rest.delay, 0)], x[-1])
         misfit = (np.append(seen, record.achieved_displacement) - model) / spread

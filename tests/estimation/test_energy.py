@@ -12,6 +12,7 @@ import scipy.stats
 from axis_logs import axis_log
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from refusals import refuses
 
 from stickslip.estimation import EnergyEstimator
@@ -124,14 +125,7 @@ def test_noise_leaves_no_bias_and_intervals_hold_the_truth(
 
 @pytest.mark.parametrize("with_velocity", [True, False])
 def test_a_stage_with_directions_of_its_own(with_velocity: bool) -> None:
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=2.0,
-        coulomb_friction_negative=3.0,
-        static_friction_positive=2.0,
-        static_friction_negative=3.0,
-        viscous_friction_positive=5.0,
-        viscous_friction_negative=7.0,
-    )
+    law = uneven(coulomb=(2.0, 3.0), static=(2.0, 3.0), viscous=(5.0, 7.0))
     log = measured(stage_motion(law), CLEAN)
     log = log if with_velocity else without_velocity(log)
     estimate = EnergyEstimator(per_direction=True).fit(log)

@@ -12,6 +12,7 @@ import scipy.stats
 from arm_logs import Loop, arm_log, energy_estimator
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from refusals import refuses
 from slow_cases import quick_where
 
@@ -266,14 +267,7 @@ def test_a_kind_of_friction_that_is_not_there(sensors: str, coulomb: float, visc
 OFFSET = CoulombViscousFriction.symmetric(
     coulomb_friction=COULOMB, viscous_friction=VISCOUS, offset=1.5
 )
-DIRECTIONS = CoulombViscousFriction(
-    coulomb_friction_positive=2.0,
-    coulomb_friction_negative=3.0,
-    static_friction_positive=2.0,
-    static_friction_negative=3.0,
-    viscous_friction_positive=5.0,
-    viscous_friction_negative=7.0,
-)
+DIRECTIONS = uneven(coulomb=(2.0, 3.0), static=(2.0, 3.0), viscous=(5.0, 7.0))
 
 
 @pytest.mark.parametrize("sensors", ["ideal", "noise", "noise on position", "encoder"])
