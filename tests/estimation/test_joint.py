@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from axis_logs import axis_log
+from estimates import std_of
 from jaxtyping import Float
 from refusals import refuses
 from scipy.stats import f as f_distribution
@@ -77,12 +78,6 @@ def trio() -> list[AxisLog]:
 @pytest.fixture(scope="module")
 def fitted(trio: list[AxisLog]) -> FrictionEstimate:
     return JointEstimator().fit(trio)
-
-
-def std_of(estimate: FrictionEstimate, name: str) -> float:
-    std = estimate.parameters[name].std
-    assert std is not None
-    return std
 
 
 def near(estimate: FrictionEstimate, name: str, value: float) -> bool:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from axis_logs import axis_log
+from estimates import std_of
 from jaxtyping import Float
 from refusals import refuses
 from slow_cases import quick_where
@@ -162,13 +163,10 @@ def test_plain_axis_without_noise_is_exact() -> None:
 )
 def test_delay_of_the_effort_is_estimated(delay: float) -> None:
     estimate = SelectedModelEstimator().fit(log_of(delay=delay))
-    parameter = estimate.parameters["effort_delay"]
-    assert parameter.std is not None
-    assert abs(estimate.value("effort_delay") - delay) < 4.0 * parameter.std + 1e-5
+    error = abs(estimate.value("effort_delay") - delay)
+    assert error < 4.0 * std_of(estimate, "effort_delay") + 1e-5
     for name, value in TRUTH.items():
-        std = estimate.parameters[name].std
-        assert std is not None
-        assert abs(estimate.value(name) - value) < 4.0 * std + SAMPLED * value
+        assert abs(estimate.value(name) - value) < 4.0 * std_of(estimate, name) + SAMPLED * value
 
 
 def test_a_law_that_explains_the_log_as_well_is_named() -> None:
@@ -184,9 +182,8 @@ def test_a_law_that_explains_the_log_as_well_is_named() -> None:
     columns = [acts.acceleration, sign, np.ones(5000), sign * speed ** (2.0 / 3.0)]
     values, *_ = np.linalg.lstsq(np.column_stack(columns), log.effort, rcond=None)
     stated = float(notes[0].split("Coulomb friction ")[1].split()[0])
-    std = found.parameters["coulomb_friction"].std
-    assert std is not None
-    assert stated == pytest.approx(float(values[1]), abs=2.0 * std)
+    spread = 2.0 * std_of(found, "coulomb_friction")
+    assert stated == pytest.approx(float(values[1]), abs=spread)
     assert stated < found.value("coulomb_friction")
 
 
