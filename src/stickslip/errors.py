@@ -126,6 +126,19 @@ class MissingExtraError(StickslipError, ImportError):
         super().__init__("missing_extra", purpose=purpose, extra=extra)
 
 
+class RequiredExtra:
+    """Context of the import of an optional dependency: a `MissingExtraError` where it is absent."""
+
+    def __init__(self, extra: str, purpose: str) -> None:
+        self._absent = MissingExtraError(purpose, extra=extra)
+
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        if isinstance(error, ImportError):
+            raise self._absent from None
+
+
 class EventBudgetError(StickslipError, RuntimeError):
     """More sticks and slips inside one sample than the simulator's budget allows."""
 

@@ -4,19 +4,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from stage_log import Outcome, Run, csv_text, table
+from stage_log import Run, csv_text, runner, table
 
 from stickslip.cli import main
 
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    def run_main(*arguments: object) -> Outcome:
-        code = main([str(each) for each in arguments])
-        captured = capsys.readouterr()
-        return Outcome(code=code, out=captured.out, err=captured.err)
-
-    return run_main
+    return runner(main, capsys)
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 
 MASS, COULOMB, VISCOUS, OFFSET = 3.0, 1.5, 4.0, 0.2
 
@@ -25,8 +26,27 @@ class Outcome:
         assert lines[0].startswith("stickslip: ")
         return lines[0]
 
+    def refused(self, *words: str) -> str:
+        """Check that the input was refused with these words; return the line."""
+        assert self.code == 2, self.err
+        line = self.line()
+        for word in words:
+            assert word in line, line
+        return line
+
 
 Run = Callable[..., Outcome]
+
+
+def runner(main: Callable[[list[str]], int], capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that runs a command line inside the test process."""
+
+    def run_main(*arguments: object) -> Outcome:
+        code = main([str(each) for each in arguments])
+        captured = capsys.readouterr()
+        return Outcome(code=code, out=captured.out, err=captured.err)
+
+    return run_main
 
 
 def table(samples: int = 4000) -> dict[str, np.ndarray]:

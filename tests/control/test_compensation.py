@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from laws import uneven
 from refusals import refuses
 
 from stickslip.control import PD, FrictionCompensation, OnlineFriction
@@ -19,16 +20,21 @@ def never_learns(state, u, x, v, x2, v2):
     return True
 
 
+def idle(**wrong):
+    """Return an estimate of friction that stays as it is, with some wrong settings."""
+    settings = {
+        "kernel": never_learns,
+        "first_state": np.zeros(4),
+        "sampling_time": 0.01,
+        "values_at": slice(0, 2),
+        "needs_load": False,
+    }
+    return OnlineFriction(**settings | wrong)
+
+
 @given(f_pos=SIZE, f_neg=SIZE, c_pos=SIZE, c_neg=SIZE, v=VALUE)
 def test_what_is_compensated_is_the_friction_of_the_law(f_pos, f_neg, c_pos, c_neg, v):
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=f_pos,
-        coulomb_friction_negative=f_neg,
-        static_friction_positive=f_pos,
-        static_friction_negative=f_neg,
-        viscous_friction_positive=c_pos,
-        viscous_friction_negative=c_neg,
-    )
+    law = uneven(coulomb=(f_pos, f_neg), static=(f_pos, f_neg), viscous=(c_pos, c_neg))
     assert compensating_effort(f_pos, f_neg, c_pos, c_neg, v, 0.0) == law.friction(np.array([v]))[0]
 
 
@@ -56,58 +62,13 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
     [
         (lambda: PD(position_gain=0.0, velocity_gain=1.0), "not_positive"),
         (lambda: PD(position_gain=1.0, velocity_gain=-1.0), "negative"),
-        (
-            lambda: FrictionCompensation(friction=LAW, velocity="true"),
-            "not_a_choice",
-        ),
-        (
-            lambda: FrictionCompensation(friction=LAW, dead_band=-0.1),
-            "negative",
-        ),
-        (
-            lambda: OnlineFriction(
-                kernel=never_learns,
-                first_state=np.zeros(4),
-                sampling_time=0.01,
-                values_at=slice(0, 3),
-                needs_load=False,
-            ),
-            "places_not_two",
-        ),
-        (
-            lambda: OnlineFriction(
-                kernel=never_learns,
-                first_state=np.array([0.0, np.nan]),
-                sampling_time=0.01,
-                values_at=slice(0, 2),
-                needs_load=False,
-            ),
-            "samples_not_finite",
-        ),
-        (
-            lambda: OnlineFriction(
-                kernel=None,
-                first_state=np.zeros(2),
-                sampling_time=0.01,
-                values_at=slice(0, 2),
-                needs_load=False,
-            ),
-            "kernel_not_callable",
-        ),
-        (
-            lambda: OnlineFriction(
-                kernel=never_learns,
-                first_state=np.zeros(2),
-                sampling_time=0.0,
-                values_at=slice(0, 2),
-                needs_load=False,
-            ),
-            "not_positive",
-        ),
-        (
-            lambda: FrictionCompensation(friction=EnergyEstimator(inertia=1.0)),
-            "wrong_type",
-        ),
+        (lambda: FrictionCompensation(friction=LAW, velocity="true"), "not_a_choice"),
+        (lambda: FrictionCompensation(friction=LAW, dead_band=-0.1), "negative"),
+        (lambda: idle(values_at=slice(0, 3)), "places_not_two"),
+        (lambda: idle(first_state=np.array([0.0, np.nan])), "samples_not_finite"),
+        (lambda: idle(kernel=None), "kernel_not_callable"),
+        (lambda: idle(sampling_time=0.0), "not_positive"),
+        (lambda: FrictionCompensation(friction=EnergyEstimator(inertia=1.0)), "wrong_type"),
     ],
 )
 @pytest.mark.usefixtures("without_shape_checks")

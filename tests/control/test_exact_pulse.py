@@ -5,67 +5,33 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exact_pulses import (
+    CONTROLLER,
+    ENCODER,
+    ENCODER_ONLY,
+    GUESS,
+    IDEAL,
+    PLANT,
+    SAMPLE_NOISE,
+    T,
+    driven,
+    symmetric,
+    told_of,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pulse_runs import run_pulses
-from random_axes import (
-    ENCODER_STEP,
-    POSITION_NOISE,
-    random_axes,
-)
+from random_axes import random_axes
 from refusals import refuses
 
 from stickslip.control import ExactPulseController, RestDetection
 from stickslip.control.pulses import exact_state as at
-from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.records import PositioningOutcome
 from stickslip.simulation import Sensors, simulate_closed_loop
 
-T = 0.01
-IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
-ENCODER = RestDetection.for_encoder(resolution=1e-6, noise=1e-6, samples=10)
-ENCODER_ONLY = Sensors(position_noise=1e-6, encoder_step=1e-6, velocity="none")
-SAMPLE_NOISE = math.sqrt(1e-12 + 1e-12 / 12.0)  # its rounding included
-TABLE_1 = CoulombViscousFriction.symmetric(
-    coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
-)
-PLANT = SingleMass(mass=150.0, friction=TABLE_1)
-GUESS = CoulombViscousFriction.symmetric(coulomb_friction=80.0, viscous_friction=500.0)
-CONTROLLER = ExactPulseController(
-    sampling_time=T,
-    target=0.01,
-    tolerance=1e-6,
-    rest=IDEAL,
-    effort_limit=300.0,
-    mass=150.0,
-    friction=GUESS,
-)
 REACHED = PositioningOutcome.REACHED
-
-
-def symmetric(coulomb, static, viscous):
-    return CoulombViscousFriction.symmetric(
-        coulomb_friction=coulomb, static_friction=static, viscous_friction=viscous
-    )
-
-
-def told_of(axis, **settings):
-    """Return the controller for a random axis, as it is told of it."""
-    return ExactPulseController(
-        **{
-            "sampling_time": T,
-            "target": axis.start_error,
-            "tolerance": 2e-5 - ENCODER_STEP,
-            "rest": ENCODER,
-            "position_noise": SAMPLE_NOISE,
-            "effort_limit": axis.effort_limit,
-            "mass": axis.believed_mass,
-            "friction": axis.believed_friction,
-            **settings,
-        }
-    )
 
 
 # Planning
@@ -73,7 +39,7 @@ def told_of(axis, **settings):
 
 def test_the_first_pulse_aims_short_and_as_short_as_it_is_unsure():
     def first(**settings):
-        controller = replace(CONTROLLER, friction=TABLE_1, **settings)
+        controller = replace(CONTROLLER, friction=PLANT.friction, **settings)
         pulses = run_pulses(PLANT, controller, sampling_time=T, duration=0.5).pulses
         return pulses[0].predicted_displacement
 
@@ -89,7 +55,7 @@ def test_a_pulse_lasts_the_fewest_whole_samples_that_the_limit_allows(target):
     controller = replace(
         CONTROLLER,
         target=target,
-        friction=TABLE_1,
+        friction=PLANT.friction,
         mass_uncertainty=0.0,
         friction_uncertainty=0.0,
         asymmetry=0.0,
@@ -230,13 +196,8 @@ def test_a_fine_encoder_is_used_to_its_resolution():
             position_noise=step / math.sqrt(12.0),
             tolerance=1.5 * step,
         )
-        run = simulate_closed_loop(
-            axis.plant,
-            controller,
-            sampling_time=T,
-            samples=1500,
-            sensors=Sensors(encoder_step=step, velocity="none"),
-        )
+        sensors = Sensors(encoder_step=step, velocity="none")
+        run = driven(axis, controller, samples=1500, sensors=sensors)
         errors.append(abs(axis.start_error - run.motion.position[-1]))
         if controller.outcome(run.controller_state) is REACHED:
             assert errors[-1] <= 2.0 * step  # half a step is not seen
@@ -250,14 +211,7 @@ def test_late_sensors(delay):
     sensors = replace(ENCODER_ONLY, delay=delay)
     pulses = []
     for axis in random_axes(np.random.default_rng(23), 40):
-        run = simulate_closed_loop(
-            axis.plant,
-            told_of(axis, rest=rest),
-            sampling_time=T,
-            samples=1000,
-            sensors=sensors,
-            generator=np.random.default_rng(axis.seed),
-        )
+        run = driven(axis, told_of(axis, rest=rest), sensors=sensors)
         assert abs(axis.start_error - run.motion.position[-1]) <= 2e-5
         pulses.append(told_of(axis).pulse_count(run.controller_state))
     assert np.median(pulses) <= 3
@@ -267,14 +221,7 @@ def test_a_fast_loop_sees_all_of_a_long_pulse():
     # At 1 kHz a pulse and its coasting last hundreds of samples, of which 64 are kept
     pulses = []
     for axis in random_axes(np.random.default_rng(24), 30):
-        run = simulate_closed_loop(
-            axis.plant,
-            told_of(axis, sampling_time=0.001),
-            sampling_time=0.001,
-            samples=6000,
-            sensors=ENCODER_ONLY,
-            generator=np.random.default_rng(axis.seed),
-        )
+        run = driven(axis, told_of(axis, sampling_time=0.001), samples=6000)
         assert abs(axis.start_error - run.motion.position[-1]) <= 2e-5
         pulses.append(told_of(axis).pulse_count(run.controller_state))
     assert np.median(pulses) <= 3
@@ -310,16 +257,7 @@ def test_random_axes_end_within_the_tolerance_by_few_pulses():
     errors, pulses = [], []
     for axis in random_axes(np.random.default_rng(7), 300):
         controller = told_of(axis)
-        run = simulate_closed_loop(
-            axis.plant,
-            controller,
-            sampling_time=T,
-            samples=1500,
-            sensors=Sensors(
-                position_noise=POSITION_NOISE, encoder_step=ENCODER_STEP, velocity="none"
-            ),
-            generator=np.random.default_rng(axis.seed),
-        )
+        run = driven(axis, controller, samples=1500)
         assert controller.outcome(run.controller_state) is REACHED
         assert np.abs(run.motion.commanded_effort).max() <= axis.effort_limit
         assert not run.motion.commanded_effort[1000:].any()
@@ -342,14 +280,7 @@ def test_guesses_far_off_cost_pulses_but_not_the_target():
             friction=symmetric(coulomb, coulomb, wrong * truth.viscous_friction_positive),
             mass=axis.plant.mass * rng.uniform(0.7, 1.3),
         )
-        run = simulate_closed_loop(
-            axis.plant,
-            controller,
-            sampling_time=T,
-            samples=2000,
-            sensors=ENCODER_ONLY,
-            generator=np.random.default_rng(axis.seed),
-        )
+        run = driven(axis, controller, samples=2000)
         assert abs(axis.start_error - run.motion.position[-1]) <= 2e-5
         pulses.append(controller.pulse_count(run.controller_state))
     assert np.median(pulses) <= 4
@@ -405,14 +336,8 @@ def test_odd_first_beliefs_still_lead_to_the_target(settings):
         ({"max_idle_pulses": 2.5}, "not_whole"),
         ({"friction": 100.0}, "wrong_type"),
         ({"friction": symmetric(0.0, 10.0, 1.0)}, "pulse_never_ends"),
-        (
-            {"friction": replace(GUESS, offset=90.0)},
-            "pulse_never_ends",
-        ),
-        (
-            {"friction": symmetric(80.0, 310.0, 1.0), "kind": "rotary"},
-            "effort_below_breakaway",
-        ),
+        ({"friction": replace(GUESS, offset=90.0)}, "pulse_never_ends"),
+        ({"friction": symmetric(80.0, 310.0, 1.0), "kind": "rotary"}, "effort_below_breakaway"),
     ],
 )
 def test_impossible_settings_are_refused(wrong, code, without_shape_checks):

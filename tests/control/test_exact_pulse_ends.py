@@ -6,39 +6,19 @@ from itertools import product
 
 import numpy as np
 import pytest
+from exact_pulses import CONTROLLER, ENCODER, PLANT, SAMPLE_NOISE, T, symmetric
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from pulse_runs import run_pulses
 from slow_cases import quick_where
 
-from stickslip.control import ExactPulseController, RestDetection
+from stickslip.control import RestDetection
 from stickslip.control.pulses import kernel as pulse
-from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import PositioningOutcome, SensorSample
 from stickslip.simulation import PlantStepper, Sensors
 
-T = 0.01
-ENCODER = RestDetection.for_encoder(resolution=1e-6, noise=1e-6, samples=10)
-SAMPLE_NOISE = math.sqrt(1e-12 + 1e-12 / 12.0)  # its rounding included
-
-
-def symmetric(coulomb, static, viscous):
-    return CoulombViscousFriction.symmetric(
-        coulomb_friction=coulomb, static_friction=static, viscous_friction=viscous
-    )
-
-
-PLANT = SingleMass(mass=150.0, friction=symmetric(100.0, 130.0, 700.0))
-CONTROLLER = ExactPulseController(
-    sampling_time=T,
-    target=0.01,
-    tolerance=1e-6,
-    rest=RestDetection(samples=1, spread=0.0, speed=0.0),
-    effort_limit=300.0,
-    mass=150.0,
-    friction=symmetric(80.0, 80.0, 500.0),
-)
 REACHED, STOPPED = PositioningOutcome.REACHED, PositioningOutcome.STOPPED
 
 
@@ -81,14 +61,7 @@ def unsteady(share, seed, *, mass=150.0):
         fs = fc * rng.uniform(1.05, 1.5, 2)
         yield SingleMass(
             mass=mass,
-            friction=CoulombViscousFriction(
-                coulomb_friction_positive=fc[0],
-                coulomb_friction_negative=fc[1],
-                static_friction_positive=fs[0],
-                static_friction_negative=fs[1],
-                viscous_friction_positive=700.0,
-                viscous_friction_negative=700.0,
-            ),
+            friction=uneven(coulomb=fc, static=fs, viscous=(700.0, 700.0)),
         )
 
 

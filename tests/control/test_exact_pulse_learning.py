@@ -4,8 +4,11 @@ import json
 import math
 from dataclasses import replace
 
+import exact_pulses
 import numpy as np
 import pytest
+from exact_pulses import ENCODER, ENCODER_ONLY, IDEAL, T, driven, told_of
+from laws import uneven
 from pulse_runs import run_pulses
 from random_axes import random_axes
 from refusals import refuses
@@ -19,29 +22,9 @@ from stickslip.plants import SingleMass
 from stickslip.records import LearnedPulses, PositioningOutcome, SensorSample
 from stickslip.simulation import Sensors, simulate, simulate_closed_loop
 
-T = 0.01
-IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
-ENCODER = RestDetection.for_encoder(resolution=1e-6, noise=1e-6, samples=10)
-GUESS = CoulombViscousFriction.symmetric(coulomb_friction=80.0, viscous_friction=500.0)
-UNEVEN = CoulombViscousFriction(
-    coulomb_friction_positive=90.0,
-    coulomb_friction_negative=115.0,
-    static_friction_positive=120.0,
-    static_friction_negative=135.0,
-    viscous_friction_positive=650.0,
-    viscous_friction_negative=800.0,
-    offset=15.0,
-)
+UNEVEN = uneven(coulomb=(90.0, 115.0), static=(120.0, 135.0), viscous=(650.0, 800.0), offset=15.0)
 PLANT = SingleMass(mass=150.0, friction=UNEVEN)
-CONTROLLER = ExactPulseController(
-    sampling_time=T,
-    target=0.01,
-    tolerance=1e-6,
-    rest=IDEAL,
-    effort_limit=300.0,
-    mass=145.0,
-    friction=GUESS,
-)
+CONTROLLER = replace(exact_pulses.CONTROLLER, mass=145.0)
 MEANS_APART = 0.02  # standard deviations: slopes by differences, both here and there
 COVARIANCE_APART = 0.01  # of the product of two standard deviations
 # The law is trusted to 1e-4 of a displacement, and what it says of friction is a few times worse
@@ -101,14 +84,7 @@ def most_probable(controller, once, log, *, inflation=1.0):
 
     def residuals(logarithms):
         mass, *friction = np.exp(logarithms).tolist()
-        law = CoulombViscousFriction(
-            coulomb_friction_positive=friction[0],
-            coulomb_friction_negative=friction[1],
-            static_friction_positive=friction[0],
-            static_friction_negative=friction[1],
-            viscous_friction_positive=friction[2],
-            viscous_friction_negative=friction[3],
-        )
+        law = uneven(coulomb=friction, static=friction, viscous=(friction[2], friction[3]))
         x = simulate(SingleMass(mass=mass, friction=law), efforts, sampling_time=period).position
         model = np.append(x[np.maximum(later - controller.rest.delay, 0)], x[-1])
         misfit = (np.append(seen, record.achieved_displacement) - model) / spread
@@ -139,7 +115,7 @@ def test_the_posterior_of_a_pulse_is_that_of_least_squares_on_the_simulator(targ
         once,
         sampling_time=period,
         samples=round(1.0 / period),
-        sensors=Sensors(position_noise=1e-6, encoder_step=1e-6, delay=delay, velocity="none"),
+        sensors=replace(ENCODER_ONLY, delay=delay),
         generator=np.random.default_rng(5),
     )
     mean, covariance = moments(once.after)
@@ -161,7 +137,7 @@ def test_noise_that_was_not_told_is_found_out():
         once,
         sampling_time=T,
         samples=100,
-        sensors=Sensors(position_noise=1e-6, encoder_step=1e-6, velocity="none"),
+        sensors=ENCODER_ONLY,
         generator=np.random.default_rng(5),
     )
     _, _, misfit = most_probable(controller, once, run.log)
@@ -247,14 +223,7 @@ def test_the_breakaway_interval_holds_the_truth():
             law.static_friction_positive + law.offset,
             law.static_friction_negative - law.offset,
         )
-        controller = replace(
-            CONTROLLER,
-            tolerance=1e-7,
-            effort_limit=axis.effort_limit,
-            mass=axis.believed_mass,
-            friction=axis.believed_friction,
-            target=axis.start_error,
-        )
+        controller = told_of(axis, rest=IDEAL, position_noise=0.0, tolerance=1e-7)
         step, state = controller.step, controller.init()
         states = []
 
@@ -340,30 +309,12 @@ def test_a_sudden_change_of_friction_is_followed():
 
 
 def test_what_was_learned_survives_to_the_next_run_and_saves_pulses():
-    sensors = Sensors(position_noise=1e-6, encoder_step=1e-6, velocity="none")
     first = again = fewer = anew = 0
     for axis in random_axes(np.random.default_rng(3), 40):
-        controller = replace(
-            CONTROLLER,
-            tolerance=1.9e-5,
-            rest=ENCODER,
-            position_noise=1e-6,
-            effort_limit=axis.effort_limit,
-            mass=axis.believed_mass,
-            friction=axis.believed_friction,
-            target=axis.start_error,
-        )
+        controller = told_of(axis, position_noise=1e-6)
 
         def count(controller, axis=axis):
-            run = simulate_closed_loop(
-                axis.plant,
-                controller,
-                sampling_time=T,
-                samples=500,
-                sensors=sensors,
-                generator=np.random.default_rng(axis.seed),
-            )
-            state = run.controller_state
+            state = driven(axis, controller, samples=500).controller_state
             assert controller.outcome(state) is PositioningOutcome.REACHED
             return controller.pulse_count(state), state
 

@@ -6,26 +6,18 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from exact_pulses import ENCODER, ENCODER_ONLY, IDEAL, PLANT, SAMPLE_NOISE, T
 from pulse_runs import run_pulses
 from refusals import refuses
 
-from stickslip.control import ExactPulseController, RestDetection
+from stickslip.control import ExactPulseController
 from stickslip.control.pulses import exact_learning
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
-from stickslip.plants import SingleMass
 from stickslip.records import PositioningOutcome, SensorSample
 from stickslip.simulation import Sensors
 
-T, MOVE, LIMIT = 0.01, 0.01, 300.0
-PLANT = SingleMass(
-    mass=150.0,
-    friction=CoulombViscousFriction.symmetric(
-        coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
-    ),
-)
-IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
-ENCODER = RestDetection.for_encoder(resolution=1e-6, noise=1e-6, samples=10)
+MOVE, LIMIT = 0.01, 300.0
 MOST_PULSES = 16  # efforts grow by half at a time: eleven from a hundredth of what frees the axis
 BEYOND = 1.0  # of the move: how far such a first guess may take the axis beyond its target
 
@@ -44,16 +36,14 @@ def controller(mass=1.0, coulomb=1.0, viscous=1.0, *, rest=IDEAL, **changes):
         "effort_limit": LIMIT,
         "mass": 150.0 * mass,
         "friction": guess,
-        "position_noise": 0.0 if ideal else math.sqrt(1e-12 + 1e-12 / 12.0),
+        "position_noise": 0.0 if ideal else SAMPLE_NOISE,
     }
     return ExactPulseController(**(settings | changes))
 
 
 def moved(to_try):
     """Return how far beyond the target the axis went, over the move; and the run."""
-    sensors = Sensors()
-    if to_try.rest is ENCODER:
-        sensors = Sensors(position_noise=1e-6, encoder_step=1e-6, velocity="none")
+    sensors = ENCODER_ONLY if to_try.rest is ENCODER else Sensors()
     done = run_pulses(
         PLANT, to_try, sampling_time=T, duration=20.0,
         sensors=sensors, generator=np.random.default_rng(1),

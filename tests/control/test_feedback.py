@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from laws import uneven
 from refusals import refuses
 
 from stickslip.compiled import compiled
@@ -22,15 +23,7 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.records import SensorSample
 from stickslip.simulation import Sensors, simulate_closed_loop
 
-LAW = CoulombViscousFriction(
-    coulomb_friction_positive=0.2,
-    coulomb_friction_negative=0.3,
-    static_friction_positive=0.4,
-    static_friction_negative=0.5,
-    viscous_friction_positive=0.6,
-    viscous_friction_negative=0.7,
-    offset=0.05,
-)
+LAW = uneven(coulomb=(0.2, 0.3), static=(0.4, 0.5), viscous=(0.6, 0.7), offset=0.05)
 THERE = PointToPoint(
     moves=(Move(target=2.0, duration=2.0, dwell=1.0), Move(target=0.0, duration=1.0))
 )

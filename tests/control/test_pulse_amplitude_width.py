@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from pulse_runs import run_pulses
 from refusals import refuses
 from scipy.optimize import minimize
@@ -229,13 +230,10 @@ def test_on_any_axis_it_keeps_its_limits(
 ):
     plant = SingleMass(
         mass=mass,
-        friction=CoulombViscousFriction(
-            coulomb_friction_positive=coulomb,
-            coulomb_friction_negative=1.2 * coulomb,
-            static_friction_positive=excess * coulomb,
-            static_friction_negative=1.2 * excess * coulomb,
-            viscous_friction_positive=700.0,
-            viscous_friction_negative=700.0,
+        friction=uneven(
+            coulomb=(coulomb, 1.2 * coulomb),
+            static=(excess * coulomb, 1.2 * excess * coulomb),
+            viscous=(700.0, 700.0),
             offset=offset * coulomb,
         ),
     )

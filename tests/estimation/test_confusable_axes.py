@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from jaxtyping import Float
 from numba import njit
 
@@ -113,13 +114,7 @@ def log_of(
         plant.bristle_stiffness,
     )
     effort = np.roll(effort, -early) + EFFORT_NOISE * rng.standard_normal(effort.size)
-    return AxisLog(
-        name=f"axis {seed}",
-        kind="linear",
-        time=T * np.arange(effort.size),
-        effort=effort,
-        measured_position=position,
-    )
+    return axis_log(T * np.arange(effort.size), effort, position, name=f"axis {seed}")
 
 
 def missed(found: FrictionEstimate, truth: dict[str, float]) -> list[str]:
@@ -238,17 +233,7 @@ def test_a_delay_that_is_not_determined_leaves_the_result_ok() -> None:
     for seed in range(3):
         log = log_of(Plant(), seed=seed, moves=6, early=1)
         noisy = log.effort + 0.4 * rng.standard_normal(len(log))
-        every.append(
-            SelectedModelEstimator().fit(
-                AxisLog(
-                    name="noisy",
-                    kind="linear",
-                    time=log.time,
-                    effort=noisy,
-                    measured_position=log.measured_position,
-                )
-            )
-        )
+        every.append(SelectedModelEstimator().fit(axis_log(log.time, noisy, log.measured_position)))
     assert all(found.status is Status.OK for found in every)
     assert sum(len(missed(found, BASE)) for found in every) <= 2
 
@@ -262,13 +247,7 @@ def disturbed_effort(log: AxisLog) -> Float[np.ndarray, " n"]:
 
 def test_comparison_doubts_an_estimate_that_leaves_a_quarter_of_the_effort() -> None:
     log = log_of(Plant())
-    disturbed = AxisLog(
-        name="disturbed",
-        kind="linear",
-        time=log.time,
-        effort=disturbed_effort(log),
-        measured_position=log.measured_position,
-    )
+    disturbed = axis_log(log.time, disturbed_effort(log), log.measured_position)
     (doubted,) = compare_log(disturbed, only=("idim-ls",)).applied
     assert doubted.unexplained_effort is not None
     assert 0.25 < doubted.unexplained_effort < 0.5

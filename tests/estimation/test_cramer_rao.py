@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from laws import uneven
 from refusals import refuses
 from scipy.stats import chi2
 
@@ -86,14 +87,7 @@ def test_readings_of_an_encoder_at_rest_are_one() -> None:
 
 
 def test_every_parameter_of_an_arm_is_bounded() -> None:
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=0.15,
-        coulomb_friction_negative=0.2,
-        static_friction_positive=0.2,
-        static_friction_negative=0.2,
-        viscous_friction_positive=0.1,
-        viscous_friction_negative=0.1,
-    )
+    law = uneven(coulomb=(0.15, 0.2), static=(0.2, 0.2), viscous=(0.1, 0.1))
     arm = FlexibleArm(mass_1=1.0, mass_2=0.8, stiffness=30.0, friction=law)
     effort = np.repeat(np.random.default_rng(2).uniform(-0.6, 0.6, 20), 50)
     sensors = Sensors(position_noise=1e-3, velocity="none")

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
 from stickslip.estimation.fit.diagnostics import (
@@ -30,23 +31,15 @@ def log_of(velocity: Callable[[np.ndarray], np.ndarray], seed: int = 0) -> AxisL
     v = velocity(time)
     x = np.concatenate([[0.0], np.cumsum(0.0005 * (v[1:] + v[:-1]))])
     effort = MASS * np.gradient(v, 0.001) + LAW.friction(v)
-    return AxisLog(
-        name="stage",
-        kind="linear",
-        time=time,
-        effort=effort + 0.05 * generator.normal(size=time.size),
-        measured_position=x + 1e-6 * generator.normal(size=time.size),
+    return axis_log(
+        time,
+        effort + 0.05 * generator.normal(size=time.size),
+        x + 1e-6 * generator.normal(size=time.size),
     )
 
 
 def with_effort(log: AxisLog, effort: np.ndarray) -> AxisLog:
-    return AxisLog(
-        name=log.name,
-        kind=log.kind,
-        time=log.time,
-        effort=effort,
-        measured_position=log.measured_position,
-    )
+    return axis_log(log.time, effort, log.measured_position, name=log.name, kind=log.kind)
 
 
 def good_motion(time: np.ndarray) -> np.ndarray:
@@ -115,13 +108,7 @@ def test_an_axis_at_rest_tells_nothing(estimator: Estimator, position: str) -> N
         "noise": 1e-6 * generator.normal(size=5000),
         "one encoder step": np.where(time > 2.0, 1e-7, 0.0),
     }
-    log = AxisLog(
-        name="rest",
-        kind="linear",
-        time=time,
-        effort=np.sin(time),
-        measured_position=positions[position],
-    )
+    log = axis_log(time, np.sin(time), positions[position])
     estimate = estimator.fit(log)
     assert estimate.status is Status.INSUFFICIENT_EXCITATION
     assert not any(p.identified for p in estimate.parameters.values())

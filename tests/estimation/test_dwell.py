@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from numba import njit
 from scipy.stats import binom
 
@@ -64,12 +65,10 @@ def _log(
     effort = np.concatenate(pieces)
     position = _positions(effort, BREAKAWAY, growth)
     logged = effort + EFFORT_NOISE * rng.standard_normal(effort.size)
-    return AxisLog(
-        name="axis",
-        kind="linear",
-        time=SAMPLING_TIME * np.arange(effort.size),
-        effort=np.round(logged / step) * step if step else logged,
-        measured_position=position + POSITION_NOISE * rng.standard_normal(effort.size),
+    return axis_log(
+        SAMPLING_TIME * np.arange(effort.size),
+        np.round(logged / step) * step if step else logged,
+        position + POSITION_NOISE * rng.standard_normal(effort.size),
     )
 
 

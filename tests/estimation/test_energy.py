@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 import scipy.signal
 import scipy.stats
+from axis_logs import axis_log
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from refusals import refuses
 
 from stickslip.estimation import EnergyEstimator
@@ -59,13 +61,7 @@ def measured(motion: SimulatedMotion, sensors: Sensors, seed: int = 0) -> AxisLo
 
 
 def without_velocity(log: AxisLog) -> AxisLog:
-    return AxisLog(
-        name=log.name,
-        kind=log.kind,
-        time=log.time,
-        effort=log.effort,
-        measured_position=log.measured_position,
-    )
+    return axis_log(log.time, log.effort, log.measured_position, name=log.name, kind=log.kind)
 
 
 @pytest.fixture(scope="module")
@@ -129,14 +125,7 @@ def test_noise_leaves_no_bias_and_intervals_hold_the_truth(
 
 @pytest.mark.parametrize("with_velocity", [True, False])
 def test_a_stage_with_directions_of_its_own(with_velocity: bool) -> None:
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=2.0,
-        coulomb_friction_negative=3.0,
-        static_friction_positive=2.0,
-        static_friction_negative=3.0,
-        viscous_friction_positive=5.0,
-        viscous_friction_negative=7.0,
-    )
+    law = uneven(coulomb=(2.0, 3.0), static=(2.0, 3.0), viscous=(5.0, 7.0))
     log = measured(stage_motion(law), CLEAN)
     log = log if with_velocity else without_velocity(log)
     estimate = EnergyEstimator(per_direction=True).fit(log)
@@ -245,12 +234,11 @@ def steady(velocity: Callable[[np.ndarray], np.ndarray], duration: float = 10.0)
     v = velocity(time)
     x = np.concatenate([[0.0], np.cumsum(0.0005 * (v[1:] + v[:-1]))])
     effort = 3.0 * np.gradient(v, 0.001) + LAW.friction(v)
-    return AxisLog(
+    return axis_log(
+        time,
+        effort + 0.05 * generator.normal(size=time.size),
+        x + 1e-6 * generator.normal(size=time.size),
         name="stage",
-        kind="linear",
-        time=time,
-        effort=effort + 0.05 * generator.normal(size=time.size),
-        measured_position=x + 1e-6 * generator.normal(size=time.size),
     )
 
 
@@ -274,18 +262,10 @@ def test_impossible_settings_are_refused(settings: dict[str, float], code: str) 
 def test_a_log_in_which_nothing_pushes_or_moves_is_refused() -> None:
     log = steady(lambda t: 0.1 * np.sin(2 * t))
     nothing = np.zeros(len(log))
-    still = AxisLog(
-        name="still", kind="linear", time=log.time, effort=log.effort, measured_position=nothing
-    )
+    still = axis_log(log.time, log.effort, nothing)
     with refuses("no_motion", value=0.0, unit="m"):
         EnergyEstimator().fit(still)
-    idle = AxisLog(
-        name="idle",
-        kind="linear",
-        time=log.time,
-        effort=nothing,
-        measured_position=log.measured_position,
-    )
+    idle = axis_log(log.time, nothing, log.measured_position)
     with refuses("no_effort", unit="N"):
         EnergyEstimator().fit(idle)
 
@@ -327,12 +307,11 @@ def test_a_log_that_is_too_short_is_refused(inertia: float | None, samples: int)
 def test_an_axis_that_rests_under_noise_is_told_so(settings: dict[str, Any]) -> None:
     generator = np.random.default_rng(0)
     time = np.arange(4000) * 0.001
-    log = AxisLog(
+    log = axis_log(
+        time,
+        np.sin(3.0 * time),
+        1e-6 * generator.normal(size=time.size),
+        1e-3 * generator.normal(size=time.size),
         name="stage",
-        kind="linear",
-        time=time,
-        effort=np.sin(3.0 * time),
-        measured_position=1e-6 * generator.normal(size=time.size),
-        measured_velocity=1e-3 * generator.normal(size=time.size),
     )
     assert EnergyEstimator(**settings).fit(log).status is Status.INSUFFICIENT_EXCITATION

@@ -5,6 +5,8 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from axis_logs import axis_log
+from estimates import covered, std_of
 from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
@@ -116,10 +118,7 @@ def test_intervals_cover_under_white_noise(measured: bool) -> None:
         found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(log)
         errors.append([found.value(name) - true for name, true in TRUTH.items()])
         deviations.append([found.parameters[name].std or 0.0 for name in TRUTH])
-        for name, true in TRUTH.items():
-            ci95 = found.parameters[name].ci95
-            assert ci95 is not None
-            inside += ci95[0] <= true <= ci95[1]
+        inside += sum(covered(found, TRUTH).values())
     # The parameters of a run go together: as if there were `runs` independent trials
     assert inside / (3 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
     bias = np.mean(errors, axis=0) / np.mean(deviations, axis=0)
@@ -236,8 +235,7 @@ def test_the_plain_filter_takes_a_rest_for_an_equation_and_diverges() -> None:
     assert not lost.status.trusted
     for name, true in TRUTH.items():
         assert kept.value(name) == pytest.approx(true, abs=1e-3)
-    std = lost.parameters["coulomb_friction"].std
-    assert std is not None
+    std = std_of(lost, "coulomb_friction")
     # Without the gate on the innovations it was off by thousands of standard deviations
     assert abs(lost.value("coulomb_friction") - 1.0) > 10.0 * std
 
@@ -250,22 +248,15 @@ def test_a_disturbing_force_is_found_and_widens_the_intervals() -> None:
     moved = simulate(plant, effort + disturbance * rng.normal(size=effort.size), sampling_time=T)
     sensors = Sensors(position_noise=1e-6, velocity_noise=1e-5)
     seen = sensors.measure(moved, rng)
-    log = AxisLog(
-        name="disturbed",
-        kind="linear",
-        time=seen.time,
-        effort=np.append(effort, effort[-1]),
-        measured_position=seen.measured_position,
-        measured_velocity=seen.measured_velocity,
+    log = axis_log(
+        seen.time, np.append(effort, effort[-1]), seen.measured_position, seen.measured_velocity
     )
     found = ExtendedKalmanFilter(
         inertia=MASS, offset=True, position_noise=1e-6, velocity_noise=1e-5
     ).fit(log)
     assert found.provenance.options["force_noise"] == pytest.approx(disturbance, rel=0.1)
     for name, true in TRUTH.items():
-        std = found.parameters[name].std
-        assert std is not None
-        assert abs(found.value(name) - true) < STANDARD_ERRORS * std
+        assert abs(found.value(name) - true) < STANDARD_ERRORS * std_of(found, name)
 
 
 @pytest.mark.slow
@@ -282,10 +273,7 @@ def test_intervals_cover_under_a_slow_disturbing_force() -> None:
         seen = sensors.measure(simulate(plant, effort + force, sampling_time=T), rng)
         log = replace(seen, effort=np.append(effort, effort[-1]))
         found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(log)
-        for name, true in TRUTH.items():
-            ci95 = found.parameters[name].ci95
-            assert ci95 is not None
-            inside += ci95[0] <= true <= ci95[1]
+        inside += sum(covered(found, TRUTH).values())
     assert inside / (3 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
 
 
@@ -320,14 +308,7 @@ def test_gaps_end_a_motion_but_not_what_is_known() -> None:
     keep = np.r_[0:4000, 4500 : len(whole)]
     v = whole.measured_velocity
     assert v is not None
-    gappy = AxisLog(
-        name="gap",
-        kind="linear",
-        time=whole.time[keep],
-        effort=whole.effort[keep],
-        measured_position=whole.measured_position[keep],
-        measured_velocity=v[keep],
-    )
+    gappy = axis_log(whole.time[keep], whole.effort[keep], whole.measured_position[keep], v[keep])
     found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(gappy)
     for name, true in TRUTH.items():
         assert found.value(name) == pytest.approx(true, abs=1e-3)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from jaxtyping import Float
 
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
@@ -25,12 +26,10 @@ def log_of(
     velocity = 0.1 * np.sin(2.0 * acts) + 0.05 * np.sin(5.0 * acts)
     acceleration = 0.2 * np.cos(2.0 * acts) + 0.25 * np.cos(5.0 * acts)
     effort = MASS * acceleration + 0.5 * np.sign(velocity) + 4.0 * velocity + disturbance(acts)
-    return AxisLog(
-        name="stage",
-        kind="linear",
-        time=time,
-        effort=effort + 0.02 * np.random.default_rng(1).standard_normal(time.size),
-        measured_position=-0.05 * np.cos(2.0 * time) - 0.01 * np.cos(5.0 * time),
+    return axis_log(
+        time,
+        effort + 0.02 * np.random.default_rng(1).standard_normal(time.size),
+        -0.05 * np.cos(2.0 * time) - 0.01 * np.cos(5.0 * time),
     )
 
 

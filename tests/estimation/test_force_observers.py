@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
+from estimates import covered
 from refusals import refuses
 from scipy import integrate
 from slow_cases import quick_where
@@ -277,10 +279,7 @@ def test_least_squares_cover_the_truth_under_velocity_noise() -> None:
     for seed in range(runs):
         log = sensors.measure(moved, np.random.default_rng(seed))
         found = LeastSquaresObserver(inertia=MASS).fit(log)
-        for name, true in truth.items():
-            ci95 = found.parameters[name].ci95
-            assert ci95 is not None
-            inside += ci95[0] <= true <= ci95[1]
+        inside += sum(covered(found, truth).values())
     # Both parameters of a run go together: as if there were `runs` independent trials
     assert inside / (2 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
 
@@ -331,13 +330,7 @@ def test_the_spring_of_an_arm_is_taken_out(
 
 @pytest.mark.parametrize("observer", OBSERVERS)
 def test_positions_alone_will_do(observer: type[AdaptiveObserver], viscous_log: AxisLog) -> None:
-    blind = AxisLog(
-        name="encoder",
-        kind="linear",
-        time=viscous_log.time,
-        effort=viscous_log.effort,
-        measured_position=viscous_log.measured_position,
-    )
+    blind = axis_log(viscous_log.time, viscous_log.effort, viscous_log.measured_position)
     found = observer(inertia=MASS, viscous=True).fit(blind)
     assert found.value("coulomb_friction") == pytest.approx(COULOMB, rel=3e-3)
     assert found.value("viscous_friction") == pytest.approx(VISCOUS, rel=3e-3)
@@ -465,13 +458,11 @@ def test_liao_and_chiens_observer_compensates_in_the_loop() -> None:
 def test_an_axis_that_only_creeps_in_its_noise_tells_nothing() -> None:
     time = np.arange(0.0, 2.0, T)
     rng = np.random.default_rng(0)
-    log = AxisLog(
-        name="stuck",
-        kind="linear",
-        time=time,
-        effort=0.5 * np.sin(time),
-        measured_position=1e-6 * rng.normal(size=time.size),
-        measured_velocity=1e-3 * rng.normal(size=time.size),
+    log = axis_log(
+        time,
+        0.5 * np.sin(time),
+        1e-6 * rng.normal(size=time.size),
+        1e-3 * rng.normal(size=time.size),
     )
     for observer in (FriedlandParkObserver(inertia=MASS), LeastSquaresObserver(inertia=MASS)):
         found = observer.fit(log)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from estimates import covered
 from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
@@ -91,10 +92,8 @@ def test_intervals_cover(noise: float) -> None:
     inside = dict.fromkeys(TRUTH, 0)
     for seed in range(runs):
         found = FreeDecayEstimator(stiffness=STIFFNESS).fit(log_of(noise, seed))
-        for name, true in TRUTH.items():
-            ci95 = found.parameters[name].ci95
-            assert ci95 is not None
-            inside[name] += ci95[0] <= true <= ci95[1]
+        for name, holds in covered(found, TRUTH).items():
+            inside[name] += holds
     least = 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
     assert all(count > least * runs for count in inside.values()), inside
 

@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from benchmark_logs import Find, emps
+from estimates import covered
 from refusals import refuses
 
 from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
@@ -78,10 +79,7 @@ def test_intervals_cover(logs: list[AxisLog]) -> None:
     inside = 0
     for log in logs:
         found = IdimInstrumentalVariables().fit(log)
-        for name, true in TRUTH.items():
-            ci95 = found.parameters[name].ci95
-            assert ci95 is not None
-            inside += ci95[0] <= true <= ci95[1]
+        inside += sum(covered(found, TRUTH).values())
     # The parameters of a run go together: as if there were RUNS independent trials
     share = inside / (len(TRUTH) * RUNS)
     assert share > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / RUNS)

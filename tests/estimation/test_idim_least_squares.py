@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from benchmark_logs import Find, emps
 from refusals import refuses
 
@@ -35,12 +36,12 @@ def tx40(find: Find, joint: int) -> AxisLog:
         np.loadtxt(folder / f"{name}_data.csv", delimiter=",", skiprows=1, usecols=joint - 1)
         for name in ("curr", "pos_read")
     )
-    return AxisLog(
+    return axis_log(
+        np.arange(current.size) * 2e-4,
+        current * RATIOS[joint],
+        position / RATIOS[joint],
         name=f"joint {joint}",
         kind="rotary",
-        time=np.arange(current.size) * 2e-4,
-        effort=current * RATIOS[joint],
-        measured_position=position / RATIOS[joint],
     )
 
 
@@ -124,8 +125,6 @@ def test_impossible_settings_are_refused(settings: dict[str, float], code: str) 
 
 def test_a_cutoff_above_the_nyquist_frequency_is_refused() -> None:
     time = np.arange(2000) * 0.01
-    log = AxisLog(
-        name="slow", kind="linear", time=time, effort=np.sin(time), measured_position=np.cos(time)
-    )
+    log = axis_log(time, np.sin(time), np.cos(time))
     with refuses("cutoff_out_of_range", value=60.0):
         IdimLeastSquares(cutoff=60.0).fit(log)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
+from estimates import std_of
 from jaxtyping import Float
 from refusals import refuses
 from scipy.stats import f as f_distribution
@@ -59,12 +61,8 @@ def log_of(
     x, v, a = motion(acts)
     effort = 3.0 * a + 4.0 * v + 1.5 * (1.0 + more_coulomb) * np.sign(v) + offset
     effort += stiffness * x + drift * (acts - 0.5 * duration)
-    return AxisLog(
-        name=name,
-        kind="linear",
-        time=time,
-        effort=effort + noise * rng.standard_normal(time.size),
-        measured_position=motion(time)[0],
+    return axis_log(
+        time, effort + noise * rng.standard_normal(time.size), motion(time)[0], name=name
     )
 
 
@@ -80,12 +78,6 @@ def trio() -> list[AxisLog]:
 @pytest.fixture(scope="module")
 def fitted(trio: list[AxisLog]) -> FrictionEstimate:
     return JointEstimator().fit(trio)
-
-
-def std_of(estimate: FrictionEstimate, name: str) -> float:
-    std = estimate.parameters[name].std
-    assert std is not None
-    return std
 
 
 def near(estimate: FrictionEstimate, name: str, value: float) -> bool:

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 
 from stickslip import identify
-from stickslip.records import AxisLog
 
 T, DELAY = 1e-3, 2.4e-3
 TRUE = {"mass": 2.0, "viscous_friction": 1.5, "effort_delay": -DELAY}
@@ -20,12 +20,10 @@ def test_a_delay_is_selected_beside_coulomb_friction_and_offset() -> None:
     speed = 1.0 + 0.4 * np.sin(2.0 * late) + 0.3 * np.sin(7.0 * late)
     acceleration = 0.8 * np.cos(2.0 * late) + 2.1 * np.cos(7.0 * late)
     position = time - 0.2 * np.cos(2.0 * time) - 0.3 / 7.0 * np.cos(7.0 * time)
-    log = AxisLog(
-        name="spindle",
-        kind="linear",
-        time=time,
-        effort=2.0 * acceleration + 3.0 + 1.5 * speed + 0.02 * generator.normal(size=time.size),
-        measured_position=position + 1e-6 * generator.normal(size=time.size),
+    log = axis_log(
+        time,
+        2.0 * acceleration + 3.0 + 1.5 * speed + 0.02 * generator.normal(size=time.size),
+        position + 1e-6 * generator.normal(size=time.size),
     )
     estimate = identify(log, effort_kind="sampled").estimate
     assert "delay" in estimate.selection.selected

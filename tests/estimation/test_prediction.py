@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from jaxtyping import Float
 from refusals import refuses
 
@@ -54,12 +55,8 @@ FURTHER: dict[str, Column] = {
 
 def log_of(effort: Column, *, kind: str = "linear") -> AxisLog:
     """Return a log whose effort is held over each sample."""
-    return AxisLog(
-        name="stage",
-        kind="linear" if kind == "linear" else "rotary",
-        time=TIME,
-        effort=effort(TIME + 0.5e-3),
-        measured_position=position(TIME),
+    return axis_log(
+        TIME, effort(TIME + 0.5e-3), position(TIME), kind="linear" if kind == "linear" else "rotary"
     )
 
 

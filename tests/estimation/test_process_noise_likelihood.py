@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
+from estimates import std_of
 from scipy.linalg import expm
 from scipy.stats import multivariate_normal
 
@@ -334,13 +336,7 @@ def closed_loop(
             force = u + d - 4.0 * v - 1.0 * np.sign(v) - 0.3 - spring * x
             x, v = x + h * v + 0.5 * h * h * force / mass, v + h * force / mass
         d = r * d + disturbance * np.sqrt(1.0 - r * r) * generator.standard_normal()
-    log = AxisLog(
-        name="loop",
-        kind="linear",
-        time=t,
-        effort=effort + effort_noise * generator.standard_normal(n),
-        measured_position=read,
-    )
+    log = axis_log(t, effort + effort_noise * generator.standard_normal(n), read)
     return log, replace(log, effort=effort, measured_position=true_x)
 
 
@@ -427,9 +423,7 @@ def test_means_are_used_where_the_model_does_not_hold_for_fast_motion() -> None:
             assert ends[0] < true < ends[1], name
             if means:
                 assert ends[0] <= windows.value(name) <= ends[1], name
-        mass = found.parameters["mass"]
-        assert mass.std is not None
-        widths.append(mass.std)
+        widths.append(std_of(found, "mass"))
     assert widths[1] < widths[0]
 
 
@@ -466,9 +460,7 @@ def test_spring_that_the_selection_finds_is_part_of_the_model() -> None:
     estimate = ProcessNoiseLikelihoodEstimator().fit(log)
     assert estimate.status is Status.OK
     for name, true in (TRUTH | {"spring_stiffness": 40.0}).items():
-        found = estimate.parameters[name]
-        assert found.std is not None
-        assert abs(estimate.value(name) - true) < 4.0 * found.std, name
+        assert abs(estimate.value(name) - true) < 4.0 * std_of(estimate, name), name
     bare = ProcessNoiseLikelihoodEstimator(select=False).fit(log)
     assert "spring_stiffness" not in bare.parameters
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
@@ -421,13 +422,8 @@ def drifting(speed: float, samples: int, seed: int) -> AxisLog:
     """Return a log of a rigid axis at constant speed, with noise."""
     noise = np.random.default_rng(seed).standard_normal((2, samples))
     time = T * np.arange(samples)
-    return AxisLog(
-        name="drift",
-        kind="linear",
-        time=time,
-        effort=np.ones(samples),
-        measured_position=speed * time + SIGMA_W * noise[0],
-        measured_velocity=speed + SIGMA_V * noise[1],
+    return axis_log(
+        time, np.ones(samples), speed * time + SIGMA_W * noise[0], speed + SIGMA_V * noise[1]
     )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from refusals import refuses
 
 from stickslip.estimation import SensorNoise, sensor_noise_of
@@ -69,13 +70,7 @@ def test_a_log_without_noise_has_none() -> None:
     found = sensor_noise_of(moving_log(0.0, 0.0, 0))
     assert found == SensorNoise(position=0.0, velocity=0.0, load_position=0.0, load_velocity=0.0)
     log = moving_log(0.005, 0.05, 0)
-    rigid = AxisLog(
-        name="stage",
-        kind="linear",
-        time=log.time,
-        effort=log.effort,
-        measured_position=log.measured_position,
-    )
+    rigid = axis_log(log.time, log.effort, log.measured_position)
     found = sensor_noise_of(rigid, cutoff=CUTOFF)
     assert (found.load_position, found.load_velocity) == (0.0, 0.0)
     # Of a velocity that is the filtered position, differentiated

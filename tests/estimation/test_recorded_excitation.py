@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 
 from stickslip import identify
 from stickslip.estimation.recorded_excitation import expected_precision
-from stickslip.records import AxisLog
 
 pytestmark = pytest.mark.slow
 
@@ -55,12 +55,11 @@ def random_logs(runs: int, seed: int, *, creep: bool = False):
             x, dx = x + STEP * new, new
     time = np.arange(n) * STEP * EVERY
     for k in range(runs):
-        log = AxisLog(
+        log = axis_log(
+            time,
+            u[:, k] + effort_noise[k] * generator.normal(size=n),
+            q[:, k] + position_noise[k] * generator.normal(size=n),
             name=f"run {k}",
-            kind="linear",
-            time=time,
-            effort=u[:, k] + effort_noise[k] * generator.normal(size=n),
-            measured_position=q[:, k] + position_noise[k] * generator.normal(size=n),
         )
         yield (
             log,
@@ -121,8 +120,7 @@ def test_static_friction_needs_starts_from_rest():
     acceleration = 3.0 * np.cos(2 * time) + 5.0 * np.cos(5 * time)
     position = -0.75 * np.cos(2 * time) - 0.2 * np.cos(5 * time)
     noise = np.random.default_rng(1).normal(scale=0.01, size=time.size)
-    log = AxisLog(name="a", kind="linear", time=time, measured_position=position,
-                  effort=acceleration + 2 * np.sign(velocity) + velocity + noise)  # fmt: skip
+    log = axis_log(time, acceleration + 2 * np.sign(velocity) + velocity + noise, position)
     found = {each.parameter: each for each in expected_precision(log)}
     assert found["mass"].sufficient
     assert found["coulomb_friction"].sufficient

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 
 from stickslip.estimation import (
     EnergyEstimator,
@@ -75,9 +76,7 @@ def test_what_is_left_counts_every_term_of_the_estimate() -> None:
         return -0.05 * np.cos(2.0 * t) - 0.01 * np.cos(5.0 * t)
 
     effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity + 60.0 * position(middle)
-    sprung = AxisLog(
-        name="sprung", kind="linear", time=time, effort=effort, measured_position=position(time)
-    )
+    sprung = axis_log(time, effort, position(time))
     estimate = SelectedModelEstimator().fit(sprung)
     assert "spring_stiffness" in estimate.parameters
     left = unexplained_effort(sprung, estimate)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 
 from stickslip.estimation import (
     EnergyEstimator,
@@ -74,13 +75,11 @@ def gapped_log(sensors: Sensors, *, moving: int, resting: int) -> AxisLog:
         position = float(motion.position[-1])
         start += float(parts[-1].time[-1]) + GAP
     velocities = [part.measured_velocity for part in parts if part.measured_velocity is not None]
-    return AxisLog(
-        name="gaps",
-        kind="linear",
-        time=np.concatenate([part.time + at for part, at in zip(parts, begins, strict=True)]),
-        effort=np.concatenate([part.effort for part in parts]),
-        measured_position=np.concatenate([part.measured_position for part in parts]),
-        measured_velocity=np.concatenate(velocities) if velocities else None,
+    return axis_log(
+        np.concatenate([part.time + at for part, at in zip(parts, begins, strict=True)]),
+        np.concatenate([part.effort for part in parts]),
+        np.concatenate([part.measured_position for part in parts]),
+        np.concatenate(velocities) if velocities else None,
     )
 
 

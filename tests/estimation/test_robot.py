@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from refusals import refuses
 
 from stickslip.estimation import SelectedModelEstimator
@@ -91,9 +92,7 @@ def joint_logs(offset: float = 0.0) -> dict[str, AxisLog]:
     a = -(sizes * rates**2 * np.sin(angle)).sum(2)
     effort = closed_form(q, v, a) + 0.3 * a + 1.5 * np.sign(v) + 0.8 * v
     return {
-        name: AxisLog(
-            name=name, kind="rotary", time=t, effort=effort[:, k], measured_position=q[:, k]
-        )
+        name: axis_log(t, effort[:, k], q[:, k], name=name, kind="rotary")
         for k, name in enumerate(("elbow_motor", "shoulder_motor")[::-1])
     }
 

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
+from estimates import std_of
 from jaxtyping import Float
 from refusals import refuses
 from slow_cases import quick_where
@@ -71,12 +73,11 @@ def log_of(
     """Return a log whose effort has white noise; it acts ``delay`` later than it is logged."""
     acts = Motion(time=MIDDLE + delay)
     rng = np.random.default_rng(seed)
-    return AxisLog(
+    return axis_log(
+        TIME,
+        plain_effort(acts) + extra(acts) + noise * rng.standard_normal(TIME.size),
+        Motion(time=TIME).position,
         name="stage",
-        kind="linear",
-        time=TIME,
-        effort=plain_effort(acts) + extra(acts) + noise * rng.standard_normal(TIME.size),
-        measured_position=Motion(time=TIME).position,
     )
 
 
@@ -166,26 +167,17 @@ def test_plain_axis_without_noise_is_exact() -> None:
 )
 def test_delay_of_the_effort_is_estimated(delay: float) -> None:
     estimate = SelectedModelEstimator().fit(log_of(delay=delay))
-    parameter = estimate.parameters["effort_delay"]
-    assert parameter.std is not None
-    assert abs(estimate.value("effort_delay") - delay) < 4.0 * parameter.std + 1e-5
+    error = abs(estimate.value("effort_delay") - delay)
+    assert error < 4.0 * std_of(estimate, "effort_delay") + 1e-5
     for name, value in TRUTH.items():
-        std = estimate.parameters[name].std
-        assert std is not None
-        assert abs(estimate.value(name) - value) < 4.0 * std + SAMPLED * value
+        assert abs(estimate.value(name) - value) < 4.0 * std_of(estimate, name) + SAMPLED * value
 
 
 def test_a_law_that_explains_the_log_as_well_is_named() -> None:
     """Its Coulomb friction is that of least squares on the samples, without windows."""
     few = slice(5000)
     whole = log_of(noise=0.6, seed=4)
-    log = AxisLog(
-        name="stage",
-        kind="linear",
-        time=TIME[few],
-        effort=whole.effort[few],
-        measured_position=whole.measured_position[few],
-    )
+    log = axis_log(TIME[few], whole.effort[few], whole.measured_position[few], name="stage")
     found = SelectedModelEstimator().fit(log)
     notes = [note for note in found.diagnostics.notes if "explains this log as well" in note]
     assert len(notes) == 1
@@ -194,9 +186,8 @@ def test_a_law_that_explains_the_log_as_well_is_named() -> None:
     columns = [acts.acceleration, sign, np.ones(5000), sign * speed ** (2.0 / 3.0)]
     values, *_ = np.linalg.lstsq(np.column_stack(columns), log.effort, rcond=None)
     stated = float(notes[0].split("Coulomb friction ")[1].split()[0])
-    std = found.parameters["coulomb_friction"].std
-    assert std is not None
-    assert stated == pytest.approx(float(values[1]), abs=2.0 * std)
+    spread = 2.0 * std_of(found, "coulomb_friction")
+    assert stated == pytest.approx(float(values[1]), abs=spread)
     assert stated < found.value("coulomb_friction")
 
 
@@ -272,12 +263,11 @@ def swing_log(load: Extra, noise: float, seed: int = 0) -> AxisLog:
     """Return a log of a rotary axis that swings by 2.4 rad."""
     motion, acts = Motion(time=TIME), Motion(time=MIDDLE)
     noise = noise * np.random.default_rng(seed).standard_normal(TIME.size)
-    return AxisLog(
-        name="joint",
+    return axis_log(
+        TIME,
+        20.0 * (plain_effort(acts) + noise) + load(acts),
+        20.0 * motion.position,
         kind="rotary",
-        time=TIME,
-        effort=20.0 * (plain_effort(acts) + noise) + load(acts),
-        measured_position=20.0 * motion.position,
     )
 
 
@@ -446,12 +436,8 @@ def test_units_are_doubted_beyond_a_speed(source: LogSource | None, factor: floa
 def test_degrees_are_seen_from_the_counts_of_the_encoder(unit: float, mismatch: bool) -> None:
     count = 2.0 * unit / 2**18
     angle = 4.0 / np.pi * unit * Motion(time=TIME).position
-    log = AxisLog(
-        name="servo",
-        kind="rotary",
-        time=TIME,
-        effort=log_of().effort,
-        measured_position=count * np.rint(angle / count),
+    log = axis_log(
+        TIME, log_of().effort, count * np.rint(angle / count), name="servo", kind="rotary"
     )
     estimate = SelectedModelEstimator().fit(log)
     assert (estimate.status is Status.MODEL_MISMATCH) == mismatch
@@ -461,13 +447,7 @@ def test_sampling_too_slow_for_the_moves_is_named() -> None:
     log = log_of()
     slow = slice(None, None, 250)
     estimate = SelectedModelEstimator().fit(
-        AxisLog(
-            name="slow",
-            kind="linear",
-            time=log.time[slow],
-            effort=log.effort[slow],
-            measured_position=log.measured_position[slow],
-        )
+        axis_log(log.time[slow], log.effort[slow], log.measured_position[slow])
     )
     assert not estimate.status.trusted
 
@@ -530,13 +510,7 @@ def test_pulse_that_moves_the_axis_is_no_glitch() -> None:
     effort = np.zeros(4000)
     effort[1000:1002] = effort[3000:3002] = 600.0
     velocity = np.maximum(np.cumsum(effort) * 1e-3 / 2.0 - np.cumsum(effort > -1) * 0.0, 0.0)
-    log = AxisLog(
-        name="pulses",
-        kind="linear",
-        time=1e-3 * np.arange(4000),
-        effort=effort,
-        measured_position=np.cumsum(velocity) * 1e-3,
-    )
+    log = axis_log(1e-3 * np.arange(4000), effort, np.cumsum(velocity) * 1e-3)
     assert prepare(log).repaired == 0
 
 
@@ -553,13 +527,7 @@ def test_delay_beyond_its_bound_is_a_mismatch() -> None:
 
 def test_log_at_rest_identifies_nothing() -> None:
     rng = np.random.default_rng(0)
-    log = AxisLog(
-        name="rest",
-        kind="linear",
-        time=TIME[:100],
-        effort=rng.standard_normal(100),
-        measured_position=1e-6 * rng.standard_normal(100),
-    )
+    log = axis_log(TIME[:100], rng.standard_normal(100), 1e-6 * rng.standard_normal(100))
     estimate = SelectedModelEstimator().fit(log)
     assert not estimate.status.trusted
     assert all(not parameter.identified for parameter in estimate.parameters.values())
@@ -569,13 +537,7 @@ def test_coasting_log_identifies_nothing() -> None:
     time = 1e-3 * np.arange(1000)
     effort = np.zeros(1000)
     effort[0] = 1e-3
-    log = AxisLog(
-        name="coasting",
-        kind="linear",
-        time=time,
-        effort=effort,
-        measured_position=0.5 * time - 0.1 * time**2,
-    )
+    log = axis_log(time, effort, 0.5 * time - 0.1 * time**2)
     assert not SelectedModelEstimator().fit(log).status.trusted
 
 
@@ -653,14 +615,10 @@ def test_a_stroke_shorter_than_a_window_has_no_ripple() -> None:
     terms = np.exp(np.outer(time, rates)) * [1.0, -1.0]
     velocity = 0.0125 * np.imag(terms @ rates)
     noise = np.random.default_rng(0).normal(scale=1e-5, size=time.size)
-    log = AxisLog(
-        name="sine",
-        kind="linear",
-        time=time,
-        effort=47.0 * 0.0125 * np.imag(terms @ rates**2)
-        + 30.0 * velocity
-        + 70.0 * np.sign(velocity),
-        measured_position=0.0125 * np.imag(terms.sum(axis=1)) + noise,
+    log = axis_log(
+        time,
+        47.0 * 0.0125 * np.imag(terms @ rates**2) + 30.0 * velocity + 70.0 * np.sign(velocity),
+        0.0125 * np.imag(terms.sum(axis=1)) + noise,
     )
     estimate = SelectedModelEstimator().fit(log)
     assert estimate.selection is not None
@@ -680,12 +638,11 @@ def uneven(kind: str, seed: int = 5) -> AxisLog:
         sums = np.interp(time, np.append(fine, fine[-1] + 1e-4), work)
         mean = np.diff(sums) / np.diff(time)
         effort = np.append(mean, mean[-1]) if kind == "held" else np.append(mean[0], mean)
-    return AxisLog(
+    return axis_log(
+        time,
+        effort + 0.002 * rng.standard_normal(time.size),
+        Motion(time=time).position,
         name="stage",
-        kind="linear",
-        time=time,
-        effort=effort + 0.002 * rng.standard_normal(time.size),
-        measured_position=Motion(time=time).position,
     )
 
 
@@ -754,12 +711,12 @@ def test_degrees_are_seen_from_a_force_that_repeats_with_the_turn(
 ) -> None:
     turns = Motion(time=MIDDLE).position * 300.0
     base = log_of()
-    log = AxisLog(
+    log = axis_log(
+        base.time,
+        base.effort + 0.6 * np.sin(turns),
+        300.0 * base.measured_position * unit,
         name="servo",
         kind="rotary",
-        time=base.time,
-        effort=base.effort + 0.6 * np.sin(turns),
-        measured_position=300.0 * base.measured_position * unit,
     )
     estimate = SelectedModelEstimator(exclude=("gravity",)).fit(log)
     assert ("is it in degrees?" in " ".join(estimate.diagnostics.notes)) is mismatch

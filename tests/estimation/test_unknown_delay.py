@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from jaxtyping import Float
 
 from stickslip.estimation import JointEstimator, SelectedModelEstimator
@@ -33,12 +34,10 @@ def settled(poles: Float[np.ndarray, " k"], delay: float) -> AxisLog:
         efforts.append(MASS * acceleration + VISCOUS * velocity + COULOMB * np.sign(d))
         start += d
     noise = np.random.default_rng(5).normal(0.0, 0.2, t.size * len(poles))
-    return AxisLog(
-        name="steps",
-        kind="linear",
-        time=np.arange(t.size * len(poles)) * T,
-        effort=np.concatenate(efforts) + noise,
-        measured_position=np.concatenate(positions),
+    return axis_log(
+        np.arange(t.size * len(poles)) * T,
+        np.concatenate(efforts) + noise,
+        np.concatenate(positions),
     )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 
 from stickslip.estimation.selection import estimator
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
@@ -70,13 +71,7 @@ def _log(seed: int, *, duration: float) -> AxisLog:
     position = -(size / angular) @ np.cos(turns)
     acceleration = (size * angular) @ np.cos(turns)
     effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity
-    return AxisLog(
-        name="axis",
-        kind="linear",
-        time=time,
-        effort=effort + 0.05 * rng.standard_normal(time.size),
-        measured_position=position,
-    )
+    return axis_log(time, effort + 0.05 * rng.standard_normal(time.size), position)
 
 
 @pytest.mark.parametrize(("samples", "few"), [(30, True), (120, False)])

@@ -10,8 +10,10 @@ import pytest
 import scipy.signal
 import scipy.stats
 from arm_logs import Loop, arm_log, energy_estimator
+from estimates import std_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from refusals import refuses
 from slow_cases import quick_where
 
@@ -257,23 +259,14 @@ def test_a_kind_of_friction_that_is_not_there(sensors: str, coulomb: float, visc
     estimate = RIGID.fit(measured(moved(swing(10_000), law), SENSORS[sensors]))
     assert estimate.status is Status.OK
     for name, true in {"viscous_friction": viscous, "coulomb_friction": coulomb}.items():
-        found = estimate.parameters[name]
-        assert found.value == pytest.approx(true, abs=0.002)
-        assert found.std is not None
-        assert abs(found.value - true) <= FAR * found.std
+        assert estimate.value(name) == pytest.approx(true, abs=0.002)
+        assert abs(estimate.value(name) - true) <= FAR * std_of(estimate, name)
 
 
 OFFSET = CoulombViscousFriction.symmetric(
     coulomb_friction=COULOMB, viscous_friction=VISCOUS, offset=1.5
 )
-DIRECTIONS = CoulombViscousFriction(
-    coulomb_friction_positive=2.0,
-    coulomb_friction_negative=3.0,
-    static_friction_positive=2.0,
-    static_friction_negative=3.0,
-    viscous_friction_positive=5.0,
-    viscous_friction_negative=7.0,
-)
+DIRECTIONS = uneven(coulomb=(2.0, 3.0), static=(2.0, 3.0), viscous=(5.0, 7.0))
 
 
 @pytest.mark.parametrize("sensors", ["ideal", "noise", "noise on position", "encoder"])

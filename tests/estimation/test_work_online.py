@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.stats
 from arm_logs import arm_feedback, arm_log, energy_estimator
+from axis_logs import axis_log
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba.extending import is_jitted
@@ -283,13 +284,7 @@ def test_a_rest_before_the_first_motion_teaches_nothing(sensors: Sensors, rest: 
 
 def test_a_count_of_the_encoder_is_no_motion() -> None:
     time = np.arange(5000) * T
-    log = AxisLog(
-        name="still",
-        kind="linear",
-        time=time,
-        effort=1.5 * np.sin(time),
-        measured_position=np.where(time > 2.0, 1e-4, 0.0),
-    )
+    log = axis_log(time, 1.5 * np.sin(time), np.where(time > 2.0, 1e-4, 0.0))
     state = RIGID.init(sampling_time=T, velocity_measured=False)
     state, history = RIGID.run(state, log)
     np.testing.assert_array_equal(history, 0.0)

@@ -8,6 +8,7 @@ import types
 import numpy as np
 import pytest
 from exports import COULOMB, INERTIA, VISCOUS, document
+from laws import uneven
 from refusals import refuses
 
 from stickslip import CoulombViscousFriction, SingleMass, StribeckFriction, simulate
@@ -88,15 +89,7 @@ PER_DIRECTION = {
         ),
         (
             PER_DIRECTION,
-            CoulombViscousFriction(
-                coulomb_friction_positive=0.55,
-                coulomb_friction_negative=0.55,
-                static_friction_positive=0.55,
-                static_friction_negative=0.55,
-                viscous_friction_positive=0.3,
-                viscous_friction_negative=0.1,
-                offset=0.15,
-            ),
+            uneven(coulomb=(0.55, 0.55), static=(0.55, 0.55), viscous=(0.3, 0.1), offset=0.15),
         ),
     ],
 )

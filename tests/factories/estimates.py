@@ -1,5 +1,6 @@
 """Estimates as tests need them."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -58,3 +59,17 @@ def rotary_estimate() -> FrictionEstimate:
         status=Status.OK,
         diagnostics=replace(doubtful.diagnostics, verdicts=(), classical_std={}),
     )
+
+
+def std_of(estimate: FrictionEstimate, name: str) -> float:
+    """Return the standard deviation of a parameter, which must have one [SI]."""
+    std = estimate.parameters[name].std
+    assert std is not None, name
+    return std
+
+
+def covered(estimate: FrictionEstimate, truth: Mapping[str, float]) -> dict[str, bool]:
+    """Return whether the 95 % interval of each parameter holds the truth; all must have one."""
+    intervals = {name: estimate.parameters[name].ci95 for name in truth}
+    assert None not in intervals.values(), intervals
+    return {name: low <= truth[name] <= high for name, (low, high) in intervals.items()}  # type: ignore[misc]

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from laws import uneven
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
@@ -51,13 +52,10 @@ def _random_axis(generator: np.random.Generator) -> RandomAxis:
         ratios = [high / low for high, low in zip(statics, coulombs, strict=True)]
         if all(LEAST_STATIC <= ratio <= MOST_STATIC for ratio in ratios):
             break
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=coulombs[0],
-        coulomb_friction_negative=coulombs[1],
-        static_friction_positive=statics[0],
-        static_friction_negative=statics[1],
-        viscous_friction_positive=viscous * (1.0 + viscous_uneven),
-        viscous_friction_negative=viscous * (1.0 - viscous_uneven),
+    law = uneven(
+        coulomb=coulombs,
+        static=statics,
+        viscous=(viscous * (1.0 + viscous_uneven), viscous * (1.0 - viscous_uneven)),
         offset=coulomb * generator.uniform(-UNEVEN, UNEVEN),
     )
     believed_mass = mass * (1.0 + generator.uniform(-0.05, 0.05))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from refusals import refuses
 
 from stickslip.friction import CoulombViscousFriction
@@ -109,14 +110,8 @@ def test_the_simulator_goes_as_far(
     m: float, F: float, c: float, offset: float, ratio: float, n: int, way: int
 ) -> None:
     T = 0.01
-    friction = CoulombViscousFriction(
-        coulomb_friction_positive=F,
-        coulomb_friction_negative=0.8 * F,
-        static_friction_positive=1.2 * F,
-        static_friction_negative=1.1 * F,
-        viscous_friction_positive=c,
-        viscous_friction_negative=0.9 * c,
-        offset=offset * F,
+    friction = uneven(
+        coulomb=(F, 0.8 * F), static=(1.2 * F, 1.1 * F), viscous=(c, 0.9 * c), offset=offset * F
     )
     plant = SingleMass(mass=m, friction=friction)
     law = PulseLaw.of(plant, direction=way)
@@ -151,15 +146,7 @@ def test_what_does_not_break_away_does_not_move() -> None:
 def test_a_pulse_must_exceed_static_friction_and_the_offset(
     way: Literal[1, -1], held: float, beyond: float, moves: bool
 ) -> None:
-    friction = CoulombViscousFriction(
-        coulomb_friction_positive=1.0,
-        coulomb_friction_negative=1.0,
-        static_friction_positive=1.5,
-        static_friction_negative=2.5,
-        viscous_friction_positive=1.0,
-        viscous_friction_negative=1.0,
-        offset=0.25,
-    )
+    friction = uneven(coulomb=(1.0, 1.0), static=(1.5, 2.5), viscous=(1.0, 1.0), offset=0.25)
     plant = SingleMass(mass=1.0, friction=friction)
     effort = held + beyond
     assert bool(PulseLaw.of(plant, direction=way).displacement(effort, 1.0) > 0.0) == moves

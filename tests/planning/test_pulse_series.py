@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from laws import uneven
 from pulse_series import ARM, LAW, REST, State, ends, with_friction
 from refusals import refuses
 
@@ -134,15 +135,7 @@ def test_a_moving_mass_1_is_taken_over() -> None:
 
 
 def test_each_direction_has_its_own_friction() -> None:
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=0.1,
-        coulomb_friction_negative=0.2,
-        static_friction_positive=0.15,
-        static_friction_negative=0.22,
-        viscous_friction_positive=0.1,
-        viscous_friction_negative=0.3,
-        offset=0.05,
-    )
+    law = uneven(coulomb=(0.1, 0.2), static=(0.15, 0.22), viscous=(0.1, 0.3), offset=0.05)
     planner = replace(PLANNER, arm=replace(ARM, friction=law))
     times = []
     for target in (1.0, -1.0):

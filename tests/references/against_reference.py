@@ -1,9 +1,9 @@
 """Compare the package's simulator with the stored reference cases."""
 
+from laws import uneven
 from mpmath import mp, mpf
 from reference_cases import Case, StoredRun
 
-from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.simulation import SimulatedMotion, simulate
 
@@ -16,14 +16,8 @@ of 10 to 100) and the cases amplify it by up to a hundred (each states by how mu
 
 def plant_of(case: Case) -> SingleMass | FlexibleArm:
     """Make the package's plant of a case."""
-    friction = CoulombViscousFriction(
-        coulomb_friction_positive=case.coulomb[0],
-        coulomb_friction_negative=case.coulomb[1],
-        static_friction_positive=case.static[0],
-        static_friction_negative=case.static[1],
-        viscous_friction_positive=case.viscous[0],
-        viscous_friction_negative=case.viscous[1],
-        offset=case.offset,
+    friction = uneven(
+        coulomb=case.coulomb, static=case.static, viscous=case.viscous, offset=case.offset
     )
     if "mass" in case.plant:
         return SingleMass(mass=case.plant["mass"], friction=friction)

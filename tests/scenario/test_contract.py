@@ -19,6 +19,7 @@ from stickslip.scenario import (
     Controller,
     FileInput,
     GuessTable,
+    Scenario,
     SensorsTable,
     SineInput,
     Table,
@@ -26,7 +27,7 @@ from stickslip.scenario import (
     Variants,
     table_from,
 )
-from stickslip.simulation import simulate_closed_loop
+from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
 
 LAW_KEYS: dict[str, Any] = {
     "stribeck_velocity": 0.01,
@@ -48,6 +49,17 @@ MODELS: list[type[Table]] = [
 ]
 FOLDER = Path()
 LEFT = 0.5  # of the distance to the target, after a run of any controller
+EVERY_METHOD = pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+
+
+def task_run(asked: Scenario, controller: Any) -> ClosedLoopRun[Any]:
+    """Run a controller, step by step in the interpreter, for the task of a scenario."""
+    return simulate_closed_loop(
+        asked.axis.build(),
+        Interpreted(controller),
+        sampling_time=asked.task.sampling_time,
+        samples=asked.task.samples,
+    )
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
@@ -58,17 +70,12 @@ def test_each_key_is_declared_with_a_meaning(model: type[Table]) -> None:
         assert key.meaning[-1] != ".", name
 
 
-@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+@EVERY_METHOD
 def test_a_controller_answers_about_its_state(variants: Variants[Controller], method: str) -> None:
     asked = scenario(variants, method)
     controller: Any = asked.build(FOLDER).controller
     assert isinstance(controller, PositionController)
-    run = simulate_closed_loop(
-        asked.axis.build(),
-        Interpreted(controller),
-        sampling_time=asked.task.sampling_time,
-        samples=asked.task.samples,
-    )
+    run = task_run(asked, controller)
     assert np.max(np.abs(run.log.effort)) <= asked.controller.effort_limit
     target = asked.task.all_targets[0]
     assert abs(target - run.motion.position[-1]) < LEFT * abs(target)
@@ -83,7 +90,7 @@ def test_a_controller_answers_about_its_state(variants: Variants[Controller], me
     assert not controller.phases(controller.init())
 
 
-@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+@EVERY_METHOD
 def test_a_sample_without_a_position_changes_nothing(
     variants: Variants[Controller], method: str
 ) -> None:
@@ -97,7 +104,7 @@ def test_a_sample_without_a_position_changes_nothing(
         assert after is before or after == before
 
 
-@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+@EVERY_METHOD
 def test_another_target_is_approached(variants: Variants[Controller], method: str) -> None:
     asked = scenario(variants, method)
     controller: Any = asked.build(FOLDER).controller
@@ -106,16 +113,11 @@ def test_another_target_is_approached(variants: Variants[Controller], method: st
         return
     target = -asked.task.all_targets[0]
     state = controller.retargeted(controller.init(), target)
-    run = simulate_closed_loop(
-        asked.axis.build(),
-        Interpreted(SimpleNamespace(init=lambda: state, step=controller.step)),
-        sampling_time=asked.task.sampling_time,
-        samples=asked.task.samples,
-    )
+    run = task_run(asked, SimpleNamespace(init=lambda: state, step=controller.step))
     assert abs(target - run.motion.position[-1]) < LEFT * abs(target)
 
 
-@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+@EVERY_METHOD
 def test_what_was_learned_is_where_the_next_run_begins(
     variants: Variants[Controller], method: str
 ) -> None:
@@ -125,12 +127,7 @@ def test_what_was_learned_is_where_the_next_run_begins(
     if not asked.controller.learns:
         assert controller.learned(controller.init()) is None
         return
-    run = simulate_closed_loop(
-        asked.axis.build(),
-        Interpreted(controller),
-        sampling_time=asked.task.sampling_time,
-        samples=asked.task.samples,
-    )
+    run = task_run(asked, controller)
     learned = controller.learned(run.controller_state)
     assert set(asked.controller.learned_names) <= set(learned.values)
     again: Any = asked.build(FOLDER, learned).controller
@@ -140,7 +137,7 @@ def test_what_was_learned_is_where_the_next_run_begins(
             assert began[name] == pytest.approx(value, rel=1e-12), name
 
 
-@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+@EVERY_METHOD
 def test_a_key_of_another_method_is_refused_with_its_users(
     variants: Variants[Controller], method: str
 ) -> None:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from law_plants import stored_energy
+from laws import uneven
 from numpy.random import default_rng
 
 from stickslip.friction import CoulombViscousFriction
@@ -20,13 +21,10 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)  # exact to rounding on pie
 def random_run(seed, *, arm):
     rng = default_rng(seed)
     fc = rng.uniform(0.05, 0.5, 2)
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=fc[0],
-        coulomb_friction_negative=fc[1],
-        static_friction_positive=fc[0] * 1.2,
-        static_friction_negative=fc[1],
-        viscous_friction_positive=rng.uniform(0.0, 0.5),
-        viscous_friction_negative=rng.uniform(0.0, 0.5),
+    law = uneven(
+        coulomb=fc,
+        static=(fc[0] * 1.2, fc[1]),
+        viscous=(rng.uniform(0.0, 0.5), rng.uniform(0.0, 0.5)),
         offset=rng.uniform(-0.1, 0.1),
     )
     effort = rng.uniform(-1.5, 1.5, 10)

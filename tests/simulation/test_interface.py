@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from law_plants import DAHL, LAWS, LUGRE, STRIBECK, plant_of, random_plant
+from laws import uneven
 from numpy.random import default_rng
 from refusals import refuses
 
@@ -25,15 +26,7 @@ from stickslip.simulation import (
 SAME = dict.fromkeys(LAWS, 1e-9)  # of the largest value: what errors of 1e-11 a step add up to
 SAME["elasto-plastic"] = 1e-7  # its alpha has kinks in its slope, where steps are less accurate
 INTEGRATED = [(name, arm) for name in LAWS for arm in (False, True)]
-AFFINE = CoulombViscousFriction(
-    coulomb_friction_positive=0.1,
-    coulomb_friction_negative=0.15,
-    static_friction_positive=0.13,
-    static_friction_negative=0.15,
-    viscous_friction_positive=0.05,
-    viscous_friction_negative=0.02,
-    offset=0.01,
-)
+AFFINE = uneven(coulomb=(0.1, 0.15), static=(0.13, 0.15), viscous=(0.05, 0.02), offset=0.01)
 ARM = FlexibleArm(mass_1=1.0, mass_2=0.8, stiffness=2.0, friction=AFFINE)
 MASS = SingleMass(mass=1.0, friction=AFFINE)
 T = 1e-3

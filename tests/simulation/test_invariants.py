@@ -5,9 +5,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from law_plants import stored_energy
+from laws import uneven
 from numpy.random import default_rng
 
-from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.simulation import simulate
 
@@ -21,13 +21,10 @@ def draw(seed, *, arm, static=True, offset=True):
     rng = default_rng(seed)
     fc = rng.uniform(0.0, 0.6, 2)
     fs = fc * rng.choice([1.0, 1.3], 2) if static else fc
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=fc[0],
-        coulomb_friction_negative=fc[1],
-        static_friction_positive=fs[0],
-        static_friction_negative=fs[1],
-        viscous_friction_positive=rng.choice([0.0, 1e-9, 0.05, 1.0]),
-        viscous_friction_negative=rng.choice([0.0, 1e-7, 0.2, 0.7]),
+    law = uneven(
+        coulomb=fc,
+        static=fs,
+        viscous=(rng.choice([0.0, 1e-9, 0.05, 1.0]), rng.choice([0.0, 1e-7, 0.2, 0.7])),
         offset=rng.uniform(-0.2, 0.2) if offset else 0.0,
     )
     T = 10.0 ** rng.uniform(-3.0, 0.3)

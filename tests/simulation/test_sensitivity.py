@@ -9,9 +9,9 @@ from event_driven import Run
 from event_driven import simulate as reference
 from hypothesis import given
 from hypothesis import strategies as st
+from laws import uneven
 from mpmath import mp, mpf
 
-from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.simulation import MotionSensitivity, simulate, simulate_sensitivity
 
@@ -38,13 +38,10 @@ def random_case(seed: int, *, arm: bool, sticky: bool) -> tuple[Plant, list[floa
     generator = np.random.default_rng(seed)
     coulomb = generator.uniform(0.15, 0.35, 2)
     static = coulomb * (generator.uniform(1.1, 1.6, 2) if sticky else 1.0)
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=coulomb[0],
-        coulomb_friction_negative=coulomb[1],
-        static_friction_positive=static[0],
-        static_friction_negative=static[1],
-        viscous_friction_positive=generator.uniform(0.0, 0.4),
-        viscous_friction_negative=generator.uniform(0.0, 0.4),
+    law = uneven(
+        coulomb=coulomb,
+        static=static,
+        viscous=(generator.uniform(0.0, 0.4), generator.uniform(0.0, 0.4)),
         offset=generator.uniform(-0.1, 0.1),
     )
     levels = generator.uniform(0.0, 1.0, SAMPLES // 3) * (-1.0) ** np.arange(SAMPLES // 3)

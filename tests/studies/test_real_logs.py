@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
+from axis_logs import axis_log
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
@@ -74,11 +75,7 @@ def wrist() -> tuple[AxisLog, AxisLog]:
          + wave(at, ((1.1, 1.7, 0.5), (0.2, 6.1, 2.0)))[0], tau_2),
     ):  # fmt: skip
         noise = 1e-7 * generator.standard_normal(at.size)
-        logs.append(
-            AxisLog(
-                name=name, kind="rotary", time=at, effort=torque, measured_position=motor + noise
-            )
-        )
+        logs.append(axis_log(at, torque, motor + noise, name=name, kind="rotary"))
     return logs[0], logs[1]
 
 
@@ -119,12 +116,12 @@ def tx40(benchmark_data: Callable[[str], Path]) -> CoupledFit:
             for name in ("curr", "pos_read")
         )
         logs.append(
-            AxisLog(
+            axis_log(
+                np.arange(current.size) * 2e-4,
+                current * ratio,
+                position / ratio,
                 name=f"motor {joint}",
                 kind="rotary",
-                time=np.arange(current.size) * 2e-4,
-                effort=current * ratio,
-                measured_position=position / ratio,
             )
         )
     return fit_coupled_joints(*logs)
@@ -200,10 +197,7 @@ def test_a_ripple_and_the_friction_of_low_speeds_are_simulated() -> None:
             )
             v = after if v == 0.0 or after * v > 0.0 else 0.0
             x += T / steps * v
-    log = AxisLog(
-        name="rippled", kind="linear", time=np.arange(effort.size) * T, effort=effort,
-        measured_position=positions,
-    )  # fmt: skip
+    log = axis_log(np.arange(effort.size) * T, effort, positions)
     away = law.free_run(log, each_move=True) - positions
     plainly = AxisLaw(mass=MASS, values=LAW).free_run(log, each_move=True) - positions
     assert np.std(away) < 0.02 * np.std(plainly)
@@ -240,11 +234,5 @@ def test_published_residuals_of_emps(
     benchmark_data: Callable[[str], Path], law: AxisLaw, name: str, percent: float
 ) -> None:
     data = scipy.io.loadmat(benchmark_data(f"emps/{name}.mat"), squeeze_me=True)
-    log = AxisLog(
-        name=name,
-        kind="linear",
-        time=data["t"],
-        effort=data["vir"] * float(data["gtau"]),
-        measured_position=data["qm"],
-    )
+    log = axis_log(data["t"], data["vir"] * float(data["gtau"]), data["qm"], name=name)
     assert round(100 * law.residual(log, later=0.0), 4) == percent

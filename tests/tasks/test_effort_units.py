@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 
 from stickslip.presentation import write_report
-from stickslip.records import QUANTITIES, AxisLog, InputError, LogSource, unit_of
+from stickslip.records import QUANTITIES, InputError, LogSource, unit_of
 from stickslip.tasks import compare_log, identify
 
 
@@ -19,9 +20,7 @@ def torque_log():
     position = -0.75 * np.cos(2 * time) - 0.2 * np.cos(5 * time)
     effort = 0.3 * acceleration + 0.5 * np.sign(velocity) + 0.2 * velocity + 0.1
     noise = np.random.default_rng(3).normal(scale=0.01, size=time.size)
-    return AxisLog(
-        name="joint", kind="rotary", time=time, effort=effort + noise, measured_position=position
-    )
+    return axis_log(time, effort + noise, position, name="joint", kind="rotary")
 
 
 def test_values_are_those_of_the_fit_in_si(torque_log):

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from refusals import refuses
 
 import stickslip
@@ -28,13 +29,7 @@ def log() -> AxisLog:
     velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
     acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
     effort = MASS * acceleration + COULOMB * np.sign(velocity) + VISCOUS * velocity
-    return AxisLog(
-        name="stage",
-        kind="linear",
-        time=time,
-        effort=effort,
-        measured_position=-0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time),
-    )
+    return axis_log(time, effort, -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time))
 
 
 def test_a_log_in_memory_and_its_file_give_the_same_estimate(log: AxisLog, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 
 from stickslip.logs import AxisSchema, LogSchema, read_axes, read_log, read_schema
 from stickslip.records import AxisLog, InputError
@@ -105,9 +106,13 @@ def test_lag_of_the_effort(lag):
     generator = np.random.default_rng(4)
     # Held over a sample, an effort acts half a step later than its stamp
     now = np.interp(TIME + 0.001 + lag * 0.002, TIME, U)
-    log = AxisLog(name="a", kind="rotary", time=TIME,
-                  effort=now + generator.normal(scale=0.02, size=TIME.size),
-                  measured_position=Q + generator.normal(scale=1e-5, size=TIME.size))  # fmt: skip
+    log = axis_log(
+        TIME,
+        now + generator.normal(scale=0.02, size=TIME.size),
+        Q + generator.normal(scale=1e-5, size=TIME.size),
+        name="a",
+        kind="rotary",
+    )
     found, error = effort_lag(log)
     assert found == pytest.approx(lag * 0.002, abs=max(3 * error, 0.0015))
     assert error < 0.003

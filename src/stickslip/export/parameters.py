@@ -274,7 +274,7 @@ class ExportParameters:
             sentences += [
                 in_words(f"{name} per direction {cannot['direction']}")
                 for name in ("coulomb_friction", "viscous_friction")
-                if self._differs(name)
+                if (pair := self.pair(name)) is not None and pair[0] != pair[1]
             ]
         others: list[str] = []
         for quantity in dict.fromkeys(("offset", *map(quantity_name, self.values))):
@@ -292,13 +292,6 @@ class ExportParameters:
         if others:
             sentences.append(f"not represented in {title}: {', '.join(others)}")
         return tuple(each[0].upper() + each[1:] for each in sentences)
-
-    def _differs(self, quantity: str) -> bool:
-        """Return whether the directions differ beyond an offset."""
-        pair = self.pair(quantity)
-        if pair is None or quantity not in {"coulomb_friction", "viscous_friction"}:
-            return False
-        return pair[0] != pair[1]
 
 
 def _scaled(interval: tuple[float, float], factor: float) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import Any
 
+from stickslip.errors import RequiredExtra
 from stickslip.input_files import check_exists, printable
 from stickslip.logs.formats.registry import (
     FORMATS,
@@ -27,7 +28,7 @@ from stickslip.logs.formats.registry import (
 )
 from stickslip.logs.isolation import read_apart
 from stickslip.logs.table import Column, Table, combined
-from stickslip.records import InputError, LogSource, MissingExtraError
+from stickslip.records import InputError, LogSource
 
 _STANDARD_INPUT = frozenset({"-", "/dev/stdin"})
 _URL = re.compile(r"(?P<protocol>[A-Za-z][A-Za-z0-9+.]+):(?://|/(?!/))(?P<rest>.+)", re.DOTALL)
@@ -225,11 +226,8 @@ def _standard_input() -> _Opened:
 
 def _downloaded(protocol: str, rest: str) -> _Opened:
     """Return the file at a URL; what may stand before the host or behind the path stays unsaid."""
-    try:
+    with RequiredExtra("url", "reading a log from a URL"):
         import fsspec
-    except ImportError:
-        raise MissingExtraError("reading a log from a URL", extra="url") from None
-
     name = PurePosixPath(re.split(r"[?#]", rest)[0]).name or "log"
     try:
         with fsspec.open(f"{protocol}://{rest}", "rb") as stream:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from refusals import refuses
 from reproductions import conjunction_reproduction, energy_reproduction, pulse_reproduction
-from stage_log import Outcome, Run
+from stage_log import Run, runner
 
 from studies.van_de_wijdeven import (
     Reproduced,
@@ -25,12 +25,7 @@ MADE = {
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    def run_main(*arguments: object) -> Outcome:
-        code = main([str(each) for each in arguments])
-        captured = capsys.readouterr()
-        return Outcome(code=code, out=captured.out, err=captured.err)
-
-    return run_main
+    return runner(main, capsys)
 
 
 @pytest.mark.parametrize(
@@ -117,10 +112,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(
 ) -> None:
     (tmp_path / "file").write_text("kept")
     places = {"OUT": str(tmp_path / "out"), "FILE": str(tmp_path / "file")}
-    outcome = run(*(places.get(word, word) for word in arguments))
-    assert outcome.code == 2
-    for word in words:
-        assert word in outcome.line()
+    run(*(places.get(word, word) for word in arguments)).refused(*words)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from laws import uneven
 from refusals import refuses
 
 from stickslip import CoulombViscousFriction, FlexibleArm, SensorSample
@@ -134,15 +135,7 @@ def test_the_effort_is_limited_and_a_missing_sensor_is_told() -> None:
 
 
 def test_friction_and_offset_are_compensated_each_way() -> None:
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=0.2,
-        coulomb_friction_negative=0.3,
-        static_friction_positive=0.3,
-        static_friction_negative=0.3,
-        viscous_friction_positive=0.4,
-        viscous_friction_negative=0.5,
-        offset=0.05,
-    )
+    law = uneven(coulomb=(0.2, 0.3), static=(0.3, 0.3), viscous=(0.4, 0.5), offset=0.05)
     exact = replace(CONTROLLER, arm=replace(ARM, friction=law))
     for t in (1.5, 14.0):  # there, and back
         here = CONTROLLER.shaped_at(t)

@@ -10,8 +10,9 @@ from xml.etree import ElementTree
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.errors import RequiredExtra
 from stickslip.input_files import bytes_of
-from stickslip.records import AxisKind, InputError, MissingExtraError
+from stickslip.records import AxisKind, InputError
 
 __all__ = ["RobotModel", "read_urdf"]
 
@@ -112,10 +113,8 @@ def read_urdf(path: str | Path) -> RobotModel:
 
 def _mujoco() -> Any:
     """Return the library, which has no type information that holds."""
-    try:
+    with RequiredExtra("robot", "a model of a robot's links"):
         return import_module("mujoco")
-    except ImportError:
-        raise MissingExtraError("a model of a robot's links", extra="robot") from None
 
 
 def _parsed(path: Path) -> ElementTree.Element:

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from stickslip.errors import RequiredExtra
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered, choices
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, armature, check_kind, edited_file
 from stickslip.export.templates import filled_in, heading, notes_on, number
-from stickslip.records import InputError, MissingExtraError
+from stickslip.records import InputError
 
 _KINDS = {"PhysicsRevoluteJoint": "rotary", "PhysicsPrismaticJoint": "linear"}
 _PER_DEGREE = math.pi / 180.0
@@ -112,10 +113,8 @@ class UsdExporter:
 
 
 def _usd() -> Any:
-    try:
+    with RequiredExtra("usd", "exporting to USD"):
         from pxr import Usd
-    except ImportError:
-        raise MissingExtraError("exporting to USD", extra="usd") from None
     return Usd
 
 

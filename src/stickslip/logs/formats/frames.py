@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.errors import RequiredExtra
 from stickslip.logs.table import Column, Table, is_slower, name_columns
-from stickslip.records import InputError, MissingExtraError
+from stickslip.records import InputError
 
 
 def table_of_frame(frame: Any, label: str) -> Table:
@@ -73,12 +74,8 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
 
 def read_parquet(path: Path) -> Table:
     """Read a Parquet file, and of its columns only those in use."""
-    try:
+    with RequiredExtra("parquet", f"{path.name} is a Parquet file; reading it"):
         import pyarrow.parquet as pq
-    except ImportError:
-        raise MissingExtraError(
-            f"{path.name} is a Parquet file; reading it", extra="parquet"
-        ) from None
 
     layout = table_of_frame(pq.read_schema(path).empty_table(), path.name)
 

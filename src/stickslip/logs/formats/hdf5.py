@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.errors import RequiredExtra
 from stickslip.logs.table import Column, Table, groups_by_length
-from stickslip.records import InputError, MissingExtraError
+from stickslip.records import InputError
 
 _NUMERIC = "biuf"
 _MOST_COLUMNS = 100
@@ -74,10 +75,8 @@ def read_hdf5(path: Path) -> Table:
 
 
 def _library(label: str) -> Any:
-    try:
+    with RequiredExtra("hdf5", f"{label} is an HDF5 file; reading it"):
         import h5py
-    except ImportError:
-        raise MissingExtraError(f"{label} is an HDF5 file; reading it", extra="hdf5") from None
     return h5py
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.errors import RequiredExtra
 from stickslip.logs.table import Column, RateGroup, Table
-from stickslip.records import InputError, MissingExtraError
+from stickslip.records import InputError
 
 INFO = "meta/info.json"
 
@@ -26,12 +27,8 @@ def read_lerobot(path: Path) -> Table:
     A vector has a column for each of its names in ``meta/info.json``, as in
     ``observation.state/elbow_flex.pos``. Episodes are put one after another.
     """
-    try:
+    with RequiredExtra("parquet", f"{path.name} is a LeRobot data set; reading it"):
         import pyarrow.parquet as pq
-    except ImportError:
-        raise MissingExtraError(
-            f"{path.name} is a LeRobot data set; reading it", extra="parquet"
-        ) from None
 
     features = _features(path)
     files = sorted(path.glob("data/**/*.parquet"))

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.errors import RequiredExtra
 from stickslip.logs.formats.arrays import NUMERIC, table_of_arrays
 from stickslip.logs.table import Table
-from stickslip.records import MissingExtraError
 
 _SIGNATURE_V73 = b"\x89HDF\r\n\x1a\n"
 _USERBLOCK = 512
@@ -59,13 +59,9 @@ def _has_objects(path: Path, head: bytes, *, is_73: bool) -> bool:
 def _with_objects(path: Path) -> Mapping[str, Any]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about classes that have no counterpart in Python
-        try:
+        purpose = f"{path.name} holds time series, tables or other objects; reading it"
+        with RequiredExtra("matlab", purpose):
             from matio import load_from_mat
-        except ImportError:
-            raise MissingExtraError(
-                f"{path.name} holds time series, tables or other objects; reading it",
-                extra="matlab",
-            ) from None
         return load_from_mat(str(path))
 
 
@@ -77,10 +73,8 @@ def _version_5(path: Path) -> Iterator[tuple[str, Any]]:
 
 
 def _h5py(label: str) -> Any:
-    try:
+    with RequiredExtra("hdf5", f"{label} is a MATLAB 7.3 file; reading it"):
         import h5py
-    except ImportError:
-        raise MissingExtraError(f"{label} is a MATLAB 7.3 file; reading it", extra="hdf5") from None
     return h5py
 
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.errors import RequiredExtra
 from stickslip.logs.table import Column, RateGroup, Table, name_columns
-from stickslip.records import InputError, MissingExtraError
+from stickslip.records import InputError
 
 if TYPE_CHECKING:
     from asammdf import MDF
@@ -19,11 +20,8 @@ _NUMERIC = "biuf"
 
 def read_tdms(path: Path) -> Table:
     """Read the numeric channels of a TDMS file; a waveform has a column of its time."""
-    try:
+    with RequiredExtra("tdms", f"{path.name} is a TDMS file; reading it"):
         from nptdms import TdmsFile
-    except ImportError:
-        raise MissingExtraError(f"{path.name} is a TDMS file; reading it", extra="tdms") from None
-
     units: dict[str, str] = {}
     places: dict[str, tuple[str, str] | None] = {}  # group and channel; None: a time column
     rates: dict[tuple[Any, ...], list[str]] = {}
@@ -100,10 +98,8 @@ def _opened_mdf(path: Path) -> Generator["MDF"]:
 
     A refusal leaves a temporary file open, and of an unfinished log a copy in the temporary folder.
     """
-    try:
+    with RequiredExtra("mdf", f"{path.name} is an MDF file; reading it"):
         from asammdf import MDF
-    except ImportError:
-        raise MissingExtraError(f"{path.name} is an MDF file; reading it", extra="mdf") from None
     try:
         file = MDF(path)
     except Exception as error:

@@ -7,9 +7,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from stickslip.errors import RequiredExtra
 from stickslip.logs.formats.messages.topics import Message, table_of_topics
 from stickslip.logs.table import Table
-from stickslip.records import MissingExtraError
 
 _FIRST = 50
 """Messages of a topic that show its columns."""
@@ -37,12 +37,9 @@ def read_bag(path: Path) -> Table:
     Messages are read with the definitions in the bag, or else those of the latest ROS 2. Time is
     that of the message headers, or else that of the recorder.
     """
-    try:
+    with RequiredExtra("ros", f"{path.name} is a ROS bag; reading it"):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-    except ImportError:
-        raise MissingExtraError(f"{path.name} is a ROS bag; reading it", extra="ros") from None
-
     path = _File(path)
     store = get_typestore(Stores.LATEST)
     for name, definition in _CONTROL_TYPES.items():
@@ -112,11 +109,8 @@ def read_mcap(path: Path) -> Table:
     """Read the topics of an MCAP file: ROS 2, ROS 1, protobuf or JSON messages."""
     if _is_ros_2(path):
         return read_bag(path)
-    try:
+    with RequiredExtra("ros", f"{path.name} is an MCAP file; reading it"):
         from mcap.reader import make_reader
-    except ImportError:
-        raise MissingExtraError(f"{path.name} is an MCAP file; reading it", extra="ros") from None
-
     with path.open("rb") as file:
         reader = make_reader(file)
         summary = reader.get_summary()
@@ -169,10 +163,8 @@ def _decoder(encoding: str, schema: Any) -> Any:
     if encoding == "json":
         return json.loads
     if encoding == "protobuf":
-        try:
+        with RequiredExtra("ros", "reading protobuf messages"):
             from mcap_protobuf.decoder import DecoderFactory
-        except ImportError:
-            raise MissingExtraError("reading protobuf messages", extra="ros") from None
         return DecoderFactory().decoder_for(encoding, schema)
     if encoding in {"ros1", "cdr"} and schema is not None:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
