@@ -51,9 +51,11 @@ _ROUGH_SWITCH = 0.03  # of a change of the effort, likewise: its delay
 _OUTLYING = 9.0  # squared standard deviations of an innovation
 _SEEN = 5.0  # standard deviations of a position: an axis that has moved
 _SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts for all of them
-_VIBRATES = 5  # such innovations of a vibration, at least
-_SLOW = 3  # samples from one change of their sign to the next: feedback can damp what is slower
-_ONCE, _AGAIN = 9.0, 0.8  # mean squared normalised innovation, after one change and after more
+# A vibration: so many such innovations, and their mean normalised square, after one change of their
+# sign and after more
+_ONCE, _MUCH = 5, 9.0
+_AGAIN, _LITTLE = 9, 0.8
+_SLOW = 5  # samples from one change to the next: feedback can damp what is slower
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
@@ -332,22 +334,19 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
 
 
 @compiled()
-def _errs(p: Any, least: float) -> bool:
-    """Return whether the law has not explained the last move, by a mean of its innovations."""
-    return p.misfit[p.best] > least * p.rows
+def unexplained(p: Any) -> bool:
+    """Return whether something else than the law holds has moved the axis in its last move."""
+    return p.misfit[p.best] > _MUCH * p.rows
 
 
 @compiled()
 def vibrates(p: Any) -> bool:
     """Return whether a move shows a slow vibration: the law errs to both sides in turn."""
-    wild = p.wild >= _VIBRATES and p.reversals > 0 and p.moving != BRAKING
-    return wild and _errs(p, _AGAIN if p.reversals > 1 else _ONCE)
-
-
-@compiled()
-def unexplained(p: Any) -> bool:
-    """Return whether something else than the law holds has moved the axis in its last move."""
-    return _errs(p, _ONCE)
+    if p.moving == BRAKING:
+        return False
+    once = p.reversals > 0 and p.wild >= _ONCE and unexplained(p)
+    again = p.reversals > 1 and p.wild >= _AGAIN
+    return once or (again and p.misfit[p.best] > _LITTLE * p.rows)
 
 
 @compiled()
