@@ -16,7 +16,7 @@ demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, l
 	$(BIN)/stickslip demo --out $(OUT)
 
 test: .venv/dev.stamp ## the tests of the package without those marked slow, in four minutes on two cores
-	$(PYTEST) -m "not slow" --ignore=tests/studies
+	$(PYTEST) -m "not slow" tests src
 
 test-all: .venv/dev.stamp ## every test, with new examples of the property tests
 	$(PYTEST) --hypothesis-profile=$(HYPOTHESIS)

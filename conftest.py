@@ -1,4 +1,4 @@
-"""Fixtures shared by all tests, and run-time checks of array shapes while they run."""
+"""Fixtures of all tests, and run-time checks of array shapes while they run."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 from shape_checks import check_shapes, next_test
 
-_ROOT = Path(__file__).parents[1]
+_ROOT = Path(__file__).parent
 _PLACES = "STICKSLIP_DATA, then ../shared/data beside the checkout, then the user's cache"
 
 # No deadline: a first call may compile. `make test` takes a few examples, the same in every run,
