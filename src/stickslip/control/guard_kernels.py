@@ -56,6 +56,7 @@ STATE = np.dtype(
         ("momentum", "f8"),  # of both masses, reckoned from the last sample that was new
         ("missed", "f8"),  # distance that an axis with it would have moved since
         ("fast", "i8"),  # samples in a row above the speed limit
+        ("surely", "f8"),  # speed at the last sample, less its error
         ("above", "i8"),  # samples in a row from which the axis cannot stop within the travel
         ("below", "i8"),
         ("effort", "f8"),  # last one sent
@@ -213,8 +214,9 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     sure = max(abs(mean) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
     unseen = g.mass[1] > 0.0 and not both
     stop = 0.5 * sure * sure / (g.braking * (_UNSEEN if unseen else 1.0))
-    if g.effort == 0.0:  # nothing slows it until braking begins
+    if g.effort == 0.0 and sure >= g.surely:  # nothing slows it until braking begins
         stop += _OUTSIDE * T * sure
+    g.surely = sure
     above = x > g.high or (mean > 0.0 and x + stop > g.high)
     below = x < g.low or (mean < 0.0 and x - stop < g.low)
     # Blocked: nearly the largest effort and no motion
