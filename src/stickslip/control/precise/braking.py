@@ -93,7 +93,7 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     faster = faster and abs(new + old) > _VISIBLE * p.noise
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= _STRONGEST * p.limit * p.period * p.period
-    steady = p.fast and p.turns <= _TURNS
+    steady = p.shaken == 0 and (p.fast == 0 or p.turns <= _TURNS)
     may = p.held > 0 or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
     return (faster or jumps) and may and p.past_count >= PAST and _runs(p, m, F, new / p.period)
 
