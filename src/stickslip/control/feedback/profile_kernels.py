@@ -54,6 +54,7 @@ STATE = np.dtype(
         ("dither_amplitude", "f8"),
         ("dither_samples", "i8"),  # of half a period
         ("reset_factor", "f8"),  # 0 for none
+        ("holds", "i8"),  # 1 if the effort stays at rest within the dead band
         ("rest_motion", "f8"),  # positions of an axis at rest differ by no more
         ("rest_samples", "i8"),
         # What changes
@@ -239,7 +240,7 @@ def go_on(s: Any, x: float, velocity: float) -> float:
             s.shaken = 0
     s.integral += growth
     u += s.integral + s.K_d * s.v
-    if t >= ends and rests and abs(e) <= s.dead_band:
+    if t >= ends and rests and abs(e) <= s.dead_band and s.holds == 0:
         u = s.offset  # nothing that could move it out again
         s.integral = 0.0
     if abs(u) > s.effort_limit:

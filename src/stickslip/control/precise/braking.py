@@ -142,7 +142,9 @@ def _correct(p: Any, x: float) -> None:
 @compiled()
 def _start_holding(p: Any, x: float) -> None:
     p.moving, p.brake = HOLDING, 0.0
-    p.held += 1
+    back = 1 if p.past[0] < p.past[1] else 0
+    p.held = p.held + 1 if back == p.held_back else 1  # a load acts to one side
+    p.held_back = back
     p.loaded = 1 if p.held > RELEASES else 0
     p.motion[:], p.spread[:, :] = 0.0, 0.0
     p.motion[0], p.spread[0, 0] = x, p.noise * p.noise

@@ -477,7 +477,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         if p.loaded:  # let go, to see whether the load is still there
             p.loaded = p.held = p.brake_left = 0
         if p.moving == SERVO:
-            p.servo.target, p.servo.phase, p.served = target, profile_kernels.RETARGETED, 1
+            p.servo.target, p.servo.phase, p.served = target, profile_kernels.RETARGETED, 0
         if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest

@@ -101,6 +101,7 @@ OWN_DTYPE = np.dtype(
         ("motion", "f8", (3,)),  # x, v T and d T^2/m of an axis that a force d pushes
         ("spread", "f8", (3, 3)),  # their covariance
         ("held", "i8"),  # how often a push was held since the axis was at rest
+        ("held_back", "i8"),  # 1 if that push was to lower positions
         ("loaded", "i8"),  # 1 while a push that does not end is held
         ("brake", "f8"),  # effort of the present one
         ("braked_speed", "f8"),  # speed at its begin

@@ -55,7 +55,8 @@ _SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts f
 # sign and after more
 _ONCE, _MUCH = 5, 9.0
 _AGAIN, _LITTLE = 9, 0.8
-_SLOW = 5  # samples from one change to the next: feedback can damp what is slower
+_SOON = 0.75  # of the shortest time: nearer to the end the servo does not save time
+_SLOW = 6  # samples from one change to the next: feedback can damp what is slower
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
@@ -345,7 +346,7 @@ def vibrates(p: Any) -> bool:
     if p.moving == BRAKING:
         return False
     once = p.reversals > 0 and p.wild >= _ONCE and unexplained(p)
-    again = p.reversals > 1 and p.wild >= _AGAIN
+    again = p.reversals > 1 and p.wild >= _AGAIN and p.samples <= _SOON * p.shortest
     return once or (again and p.misfit[p.best] > _LITTLE * p.rows)
 
 

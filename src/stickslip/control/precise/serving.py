@@ -20,10 +20,9 @@ from stickslip.friction import CoulombViscousFriction
 
 _STRONGEST = 0.9  # of the effort limit: friction
 _SURELY = 4.0  # standard deviations of a position: its largest error
-_SHORT = 0.2  # of the tolerance: F T^2/(2 m) at most, the way of friction in a sample
+_SHORT = 0.05  # of the tolerance: F T^2/(2 m) at most, the way of friction in a sample
 _NOISE = 0.1  # of the effort limit: the effort by noise at most
 _LONGEST, _LEAST_TIME = 20.0, 1.0  # times a move, and [s]: off the target for so long it has failed
-_LEAVINGS = 4  # times the axis may leave the target: a load moves it, not a vibration
 
 
 def servo_for(
@@ -48,6 +47,7 @@ def servo_for(
     )
     state = controller.init()
     s = servo.fields(state)
+    s.holds = 1  # what swings would pull the axis out of the dead band again
     noise = (s.K_p + 2.0 * s.K_d / (2.0 * s.filter_time + T)) * pulses.position_noise
     short = 0.5 * friction * T * T <= _SHORT * m * pulses.tolerance
     return state, bool(short and noise <= _NOISE * limit)
@@ -67,7 +67,7 @@ def start_serving(p: Any, own: Any, target: float, x: float, v: float) -> None:
     for side in range(2):
         _, s.coulomb[side], s.viscous[side] = law_of(own, side)
     servo.begin(s, x, v)
-    p.moving, p.served, p.leavings = SERVO, 1, 0
+    p.moving, p.served, p.leavings = SERVO, 0, 0
 
 
 @compiled()
@@ -75,13 +75,8 @@ def serve(p: Any, x: float) -> float:
     """Return the effort of the servo until the next sample; it ends with `moving` 0."""
     s = p.servo
     u = servo.go_on(s, x, math.nan)
-    if servo.rests_at_target(s):
-        p.served = 0
-    elif p.served > 0 or abs(s.e) > s.tolerance:
-        p.leavings += 1 if p.served == 0 else 0
-        p.served += 1
-    late = p.served > _LONGEST * p.shortest and p.served * p.period > _LEAST_TIME
-    if late or p.leavings > _LEAVINGS:
+    p.served = 0 if servo.rests_at_target(s) else p.served + 1
+    if p.served > _LONGEST * p.shortest and p.served * p.period > _LEAST_TIME:
         p.moving, p.failed = 0, 1
         return 0.0
     return u
