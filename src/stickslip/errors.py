@@ -127,7 +127,20 @@ class MissingExtraError(StickslipError, ImportError):
 
 
 class RequiredExtra:
-    """Context of the import of an optional dependency: a `MissingExtraError` where it is absent."""
+    """Context of the import of an optional dependency.
+
+    Parameters
+    ----------
+    extra
+        Extra of the package that installs it.
+    purpose
+        What needs it, as in `MissingExtraError`.
+
+    Raises
+    ------
+    MissingExtraError
+        On leaving the context, if the import fails.
+    """
 
     def __init__(self, extra: str, purpose: str) -> None:
         self._absent = MissingExtraError(purpose, extra=extra)

@@ -57,27 +57,27 @@ CASES = (
         only=("maximum-likelihood", "energy", "idim-ls", "rls"),
     ),
     Case(
-        title="slow disturbing force",
+        title="slow disturbance force",
         file="disturbance.toml",
         only=("energy", "idim-ls", "ekf", "maximum-likelihood"),
     ),
     *(
         Case(
-            title=f"effort {late} late",
+            title=f"effort delayed by {delay}",
             file="velocity_noise.toml",
             task=EstimationTask(largest_delay=4),
             only=("maximum-likelihood", "energy"),
             delay=samples,
         )
-        for samples, late in ((1, "one sample"), (2, "two samples"))
+        for samples, delay in ((1, "one sample"), (2, "two samples"))
     ),
 )
 
 
 def _trusted(score: EstimatorScore) -> str:
     found = score.delay_found
-    told = "" if found is None else f"; delay found in {100 * found:.4g} %"
-    return f"{100 * score.trusted:.4g} %{told}"
+    delay = "" if found is None else f"; delay correct in {100 * found:.4g} %"
+    return f"{100 * score.trusted:.4g} %{delay}"
 
 
 def _cells(score: ParameterScore) -> list[str]:

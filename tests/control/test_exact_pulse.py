@@ -14,9 +14,9 @@ from exact_pulses import (
     PLANT,
     SAMPLE_NOISE,
     T,
+    controller_for,
     driven,
     symmetric,
-    told_of,
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -155,7 +155,7 @@ def test_the_effort_stays_within_its_limit_and_the_estimates_positive(
 ):
     (axis,) = random_axes(np.random.default_rng(seed), 1)
     most = limit * axis.believed_friction.static_friction_positive
-    controller = told_of(
+    controller = controller_for(
         axis, effort_limit=most, friction_uncertainty=uncertain, tolerance=tolerance
     )
     run = simulate_closed_loop(
@@ -179,7 +179,7 @@ def test_the_effort_stays_within_its_limit_and_the_estimates_positive(
 def test_ideal_sensors_bring_it_to_where_the_law_is_trusted():
     worst = 0.0
     for axis in random_axes(np.random.default_rng(21), 60):
-        controller = told_of(axis, rest=IDEAL, position_noise=0.0, tolerance=1e-7)
+        controller = controller_for(axis, rest=IDEAL, position_noise=0.0, tolerance=1e-7)
         run = simulate_closed_loop(axis.plant, controller, sampling_time=T, samples=1000)
         assert controller.outcome(run.controller_state) is REACHED
         worst = max(worst, abs(axis.start_error - run.motion.position[-1]))
@@ -190,7 +190,7 @@ def test_a_fine_encoder_is_used_to_its_resolution():
     step = 1e-8
     errors = []
     for axis in random_axes(np.random.default_rng(22), 60):
-        controller = told_of(
+        controller = controller_for(
             axis,
             rest=RestDetection.for_encoder(resolution=step, samples=10),
             position_noise=step / math.sqrt(12.0),
@@ -211,9 +211,9 @@ def test_late_sensors(delay):
     sensors = replace(ENCODER_ONLY, delay=delay)
     pulses = []
     for axis in random_axes(np.random.default_rng(23), 40):
-        run = driven(axis, told_of(axis, rest=rest), sensors=sensors)
+        run = driven(axis, controller_for(axis, rest=rest), sensors=sensors)
         assert abs(axis.start_error - run.motion.position[-1]) <= 2e-5
-        pulses.append(told_of(axis).pulse_count(run.controller_state))
+        pulses.append(controller_for(axis).pulse_count(run.controller_state))
     assert np.median(pulses) <= 3
 
 
@@ -221,9 +221,9 @@ def test_a_fast_loop_sees_all_of_a_long_pulse():
     # At 1 kHz a pulse and its coasting last hundreds of samples, of which 64 are kept
     pulses = []
     for axis in random_axes(np.random.default_rng(24), 30):
-        run = driven(axis, told_of(axis, sampling_time=0.001), samples=6000)
+        run = driven(axis, controller_for(axis, sampling_time=0.001), samples=6000)
         assert abs(axis.start_error - run.motion.position[-1]) <= 2e-5
-        pulses.append(told_of(axis).pulse_count(run.controller_state))
+        pulses.append(controller_for(axis).pulse_count(run.controller_state))
     assert np.median(pulses) <= 3
 
 
@@ -256,7 +256,7 @@ def test_random_axes_end_within_the_tolerance_by_few_pulses():
     # 300 of 300 shows with 95 % confidence that at least 99 % do
     errors, pulses = [], []
     for axis in random_axes(np.random.default_rng(7), 300):
-        controller = told_of(axis)
+        controller = controller_for(axis)
         run = driven(axis, controller, samples=1500)
         assert controller.outcome(run.controller_state) is REACHED
         assert np.abs(run.motion.commanded_effort).max() <= axis.effort_limit
@@ -275,7 +275,7 @@ def test_guesses_far_off_cost_pulses_but_not_the_target():
         wrong = 3.0 ** rng.uniform(-1.0, 1.0)
         truth = axis.plant.friction
         coulomb = min(wrong * truth.coulomb_friction_positive, 0.95 * axis.effort_limit)
-        controller = told_of(
+        controller = controller_for(
             axis,
             friction=symmetric(coulomb, coulomb, wrong * truth.viscous_friction_positive),
             mass=axis.plant.mass * rng.uniform(0.7, 1.3),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import exact_pulses
 import numpy as np
 import pytest
-from exact_pulses import ENCODER, ENCODER_ONLY, IDEAL, T, driven, told_of
+from exact_pulses import ENCODER, ENCODER_ONLY, IDEAL, T, controller_for, driven
 from laws import uneven
 from pulse_runs import run_pulses
 from random_axes import random_axes
@@ -223,7 +223,7 @@ def test_the_breakaway_interval_holds_the_truth():
             law.static_friction_positive + law.offset,
             law.static_friction_negative - law.offset,
         )
-        controller = told_of(axis, rest=IDEAL, position_noise=0.0, tolerance=1e-7)
+        controller = controller_for(axis, rest=IDEAL, position_noise=0.0, tolerance=1e-7)
         step, state = controller.step, controller.init()
         states = []
 
@@ -311,7 +311,7 @@ def test_a_sudden_change_of_friction_is_followed():
 def test_what_was_learned_survives_to_the_next_run_and_saves_pulses():
     first = again = fewer = anew = 0
     for axis in random_axes(np.random.default_rng(3), 40):
-        controller = told_of(axis, position_noise=1e-6)
+        controller = controller_for(axis, position_noise=1e-6)
 
         def count(controller, axis=axis):
             state = driven(axis, controller, samples=500).controller_state

@@ -71,7 +71,7 @@ def test_the_reference_goes_from_rest_to_rest_within_its_limits(
 def test_the_reference_of_an_axis_in_motion_begins_with_its_speed(
     target: float, speed: float, delay: float
 ) -> None:
-    """With what of it can be taken away before the target; none where it moves away from it."""
+    """As far as a stop at the target is possible from it; with none where it moves away from it."""
     s = at.fields(replace(SERVO, target=target, delay=delay).init())
     at.begin(s, 0.0, speed)
     end = float(np.sum(s.times) + s.window)

@@ -1,4 +1,4 @@
-"""Efforts that are late, coarse, without their sign or of a changing gain, in closed form."""
+"""Efforts that are delayed, coarse, without their sign or of a changing gain, in closed form."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -176,11 +176,11 @@ def inertial(time: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
 )
 def test_a_sudden_change_is_named(gain: float, friction: float, inertia: float, words: str) -> None:
     log = log_of()
-    late = log.time + 0.5e-3 > 12.0
+    later = log.time + 0.5e-3 > 12.0
     own = inertial(log.time + 0.5e-3)
     changed = (inertia * own + friction * (log.effort - own)) / gain
     estimate = SelectedModelEstimator().fit(
-        replace(log, effort=np.where(late, changed, log.effort))
+        replace(log, effort=np.where(later, changed, log.effort))
     )
     found = [note for note in estimate.diagnostics.notes if note.startswith("from about")]
     assert bool(found) == bool(words)

@@ -75,7 +75,7 @@ def test_noise_hides_lost_records() -> None:
 
 
 @pytest.mark.parametrize("every", [1, 2])
-def test_positions_that_are_logged_late_are_no_lost_records(every: int) -> None:
+def test_stale_positions_are_no_lost_records(every: int) -> None:
     """A stale position is followed by a step of twice the size, and no time is lost."""
     log = log_of(np.ones(TIME.size, dtype=bool))
     index = np.arange(TIME.size)

@@ -1,4 +1,4 @@
-"""The exact pulse controller, an axis for it, and the sensors and random axes it is tried on."""
+"""The exact pulse controller, an axis and sensors for it, and its runs on random axes."""
 
 import math
 from typing import Any
@@ -15,7 +15,7 @@ T = 0.01
 IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
 ENCODER = RestDetection.for_encoder(resolution=ENCODER_STEP, noise=POSITION_NOISE, samples=10)
 ENCODER_ONLY = Sensors(position_noise=POSITION_NOISE, encoder_step=ENCODER_STEP, velocity="none")
-SAMPLE_NOISE = math.sqrt(POSITION_NOISE**2 + ENCODER_STEP**2 / 12.0)  # its rounding included
+SAMPLE_NOISE = math.sqrt(POSITION_NOISE**2 + ENCODER_STEP**2 / 12.0)  # [m], with that of rounding
 
 
 def symmetric(coulomb: float, static: float, viscous: float) -> CoulombViscousFriction:
@@ -39,8 +39,8 @@ CONTROLLER = ExactPulseController(
 )
 
 
-def told_of(axis: RandomAxis, **settings: Any) -> ExactPulseController:
-    """Return the controller for a random axis, as it is told of it."""
+def controller_for(axis: RandomAxis, **settings: Any) -> ExactPulseController:
+    """Return the controller for a random axis, with the first guess of that axis."""
     known = {
         "sampling_time": T,
         "target": axis.start_error,

@@ -56,7 +56,7 @@ STATE = np.dtype(
         ("momentum", "f8"),  # of both masses, reckoned from the last sample that was new
         ("missed", "f8"),  # distance that an axis with it would have moved since
         ("fast", "i8"),  # samples in a row above the speed limit
-        ("surely", "f8"),  # speed at the last sample, less its error
+        ("sure_speed", "f8"),  # speed at the last sample, less its error, at least 0
         ("above", "i8"),  # samples in a row from which the axis cannot stop within the travel
         ("below", "i8"),
         ("effort", "f8"),  # last one sent
@@ -110,7 +110,7 @@ _SLOW = 2.0  # samples of braking: an axis so slow has stopped
 _STOP = 8.0  # samples: braking takes so long where travel and effort allow it
 _PLANNED = 0.9  # of the effort limit: the strongest braking
 _LEARNS = 0.1  # of what is wrong of the load is corrected in a sample
-_GROWS = 0.01  # of the effort limit, in a sample: effort on an axis that rests outside its travel
+_GROWS = 0.001  # of the effort limit, in a sample: effort on an axis that rests outside its travel
 _TURNS, _SLOWER, _SLOWEST = 6, 0.5, 8.0  # changes of sign, after which each makes it slower
 _NOISE, _CLEARLY = 0.2, 0.1  # of the effort limit: that of an error of the speed; one that brakes
 _DRIVES = 0.6  # of the effort limit: a strong effort
@@ -214,9 +214,9 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     sure = max(abs(mean) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
     unseen = g.mass[1] > 0.0 and not both
     stop = 0.5 * sure * sure / (g.braking * (_UNSEEN if unseen else 1.0))
-    if g.effort == 0.0 and sure >= g.surely:  # nothing slows it until braking begins
+    if g.effort == 0.0 and sure >= g.sure_speed:  # it keeps its speed until braking begins
         stop += _OUTSIDE * T * sure
-    g.surely = sure
+    g.sure_speed = sure
     above = x > g.high or (mean > 0.0 and x + stop > g.high)
     below = x < g.low or (mean < 0.0 and x - stop < g.low)
     # Blocked: nearly the largest effort and no motion
@@ -376,7 +376,7 @@ def _begin_braking(g: Any) -> None:
 
 
 @compiled(inline=True)
-def _strays(g: Any) -> bool:
+def _is_outside(g: Any) -> bool:
     """Return whether an axis that follows its effort is outside its travel."""
     return g.follows == 1 and (g.x < g.low - g.resolution or g.x > g.high + g.resolution)
 
@@ -393,7 +393,7 @@ def _plan(g: Any, change: float) -> None:
     load = _mass(g) * change / T - g.effort
     g.hold -= _LEARNS * (load + g.hold) if g.quiet == 0 else 0.0
     most = g.effort_limit
-    if g.quiet > 0 and _strays(g):
+    if g.quiet > 0 and _is_outside(g):
         g.hold += np.copysign(_GROWS * most, g.low - x)
         most = max(_HELD * most, abs(g.hold) - _GROWS * most)
     g.hold = min(max(g.hold, -most), most)
@@ -431,8 +431,8 @@ def _brake(g: Any) -> float:
     g.quiet = g.quiet + 1 if slow and abs(x - g.quiet_x) <= g.resolution else 0
     if g.quiet == 0:
         g.quiet_x = x
-    held = _strays(g) and abs(g.hold) < _HELD * g.effort_limit
-    if g.quiet >= _QUIET and g.kept == 0 and not held:
+    returns = _is_outside(g) and abs(g.hold) < _HELD * g.effort_limit
+    if g.quiet >= _QUIET and g.kept == 0 and not returns:
         g.released, g.anchor = 1, x
         return 0.0
     error = g.resolution / g.period if np.isnan(g.seen[0, 1]) else g.velocity_resolution

@@ -1,7 +1,8 @@
 """Prepare a log for estimation, once, whatever is estimated from it.
 
-Wrapped angles are continued, glitches and steps of the position repaired, clipped efforts marked,
-and time stamps evened out. Everything that is done is counted and stated.
+Wrapped angles are continued, the time of lost records is restored, glitches and steps of the
+position are repaired, clipped efforts marked, and time stamps evened out. Everything that is done
+is counted and stated.
 """
 
 from dataclasses import dataclass, field, fields, replace
@@ -66,7 +67,7 @@ class PreparationTuning:
     most_clipped: float = 0.4
     """Share of the samples [-] at an extreme beyond which the input is switched, not clipped."""
     lost_records: LostRecordTuning = field(default_factory=LostRecordTuning)
-    """Of the search for lost records."""
+    """Tuning of the search for lost records."""
 
 
 @dataclass(frozen=True, kw_only=True)

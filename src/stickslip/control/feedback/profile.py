@@ -43,12 +43,13 @@ _REST_MOTION, _REST_SAMPLES = 0.02, 5  # motion at rest over the tolerance; samp
 class ProfileController(PositionController[Float[np.ndarray, " s"]]):
     """A servo that goes to its target along a profile with limited jerk.
 
-    The profile begins where the axis is at the first sample, at rest, or at the first one after
-    `retargeted`, with its speed. It uses up to 85 % of the effort limit. The feedforward is that of
-    inertia and friction along it. The PID controller, tuned for the mass, keeps its stability with
-    a delay of two samples beyond the known one. After the profile the axis is left alone within
-    half of the tolerance. Outside the tolerance a square wave as large as static friction is added
-    while the axis sticks, until it is inside.
+    The profile begins at rest where the axis is at the first sample. After `retargeted` it begins
+    with the speed of the axis, as far as a stop at the target is possible from it, or at rest if
+    the axis moves away from the target. It uses up to 85 % of the effort limit. The feedforward is
+    that of inertia and friction along it. The PID controller, tuned for the mass, keeps its
+    stability with a delay of two samples beyond the known one. After the profile the axis is left
+    alone within half of the tolerance. Outside the tolerance a square wave as large as static
+    friction is added while the axis sticks, until it is inside.
 
     Everything follows from the estimate of the axis, the sampling time, the effort limit and the
     tolerance.

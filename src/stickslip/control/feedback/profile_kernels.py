@@ -62,7 +62,7 @@ STATE = np.dtype(
         ("samples", "i8"),  # since the reference began
         ("start", "f8"),  # of the reference
         ("backward", "i8"),  # 1 if it goes in the negative direction
-        ("first_speed", "f8"),  # v_0
+        ("first_speed", "f8"),  # v_0, of the reference
         ("times", "f8", (3,)),  # of acceleration, cruise and deceleration
         ("accelerations", "f8", (2,)),
         ("window", "f8"),  # t_j
@@ -86,9 +86,10 @@ _LEAST = 0.05  # effort that accelerates over the planned one, where friction is
 
 @compiled()
 def _plan(s: Any, d: float, v_0: float) -> None:
-    """Plan the trapezoid over a way d, from the speed v_0 to rest.
+    """Plan the trapezoid over a distance d, from the speed v_0 to rest.
 
-    The way (v^2 - v_0^2)/(2 a) + v^2/(2 b), a = (u - F - c v)/m, grows with the largest speed v.
+    The distance (v^2 - v_0^2)/(2 a) + v^2/(2 b), a = (u - F - c v)/m, grows with the largest
+    speed v.
     """
     m, u, F, c = s.mass, s.planned_effort, s.coulomb[s.backward], s.viscous[s.backward]
     free = max(u - F, _LEAST * u)
@@ -114,7 +115,11 @@ def _plan(s: Any, d: float, v_0: float) -> None:
 
 @compiled()
 def begin(s: Any, x: float, v: float) -> None:
-    """Plan the reference from a position and a velocity, as sensors show them, to the target."""
+    """Plan the reference to the target from a position and a velocity, as measured.
+
+    It begins where the axis is after the known delay. v_0 is 0 for an axis that moves away from
+    the target, and otherwise no more than allows a stop there.
+    """
     s.anchor, s.rested = x, 0
     x += v * s.delay
     way = s.target - x
@@ -123,8 +128,8 @@ def begin(s: Any, x: float, v: float) -> None:
     _plan(s, d, 0.0)
     s.window = max(s.least_window, _SMOOTH * (s.times[0] + s.times[1] + s.times[2]))
     b, half = s.accelerations[1], 0.5 * s.window
-    stops = b * (math.sqrt(half * half + 2.0 * d / b) - half)  # the largest v_0 that can
-    v_0 = min(-v if s.backward else v, stops)
+    most = b * (math.sqrt(half * half + 2.0 * d / b) - half)
+    v_0 = min(-v if s.backward else v, most)
     if v_0 > 0.0:
         _plan(s, d - v_0 * half, v_0)
     s.integral, s.shaken = 0.0, 0
@@ -151,6 +156,12 @@ def _trapezoid(s: Any, t: float) -> tuple[float, float, float]:
     if h > 0.0:
         return 0.0, p, area + p * h
     return w, p, area
+
+
+@compiled()
+def duration(s: Any) -> float:
+    """Return how long the reference moves [s]."""
+    return s.times[0] + s.times[1] + s.times[2] + s.window
 
 
 @compiled()
@@ -185,7 +196,7 @@ def _dither(s: Any) -> float:
 
 @compiled()
 def _speed(s: Any, measured: float) -> float:
-    """Return the velocity at the last sample."""
+    """Return the velocity of the axis, measured or from the error at the last sample; 0 at rest."""
     if s.phase == HELD or s.rested >= s.rest_samples:
         return 0.0
     if s.measured:
@@ -195,7 +206,7 @@ def _speed(s: Any, measured: float) -> float:
 
 
 @compiled()
-def go_on(s: Any, x: float, velocity: float) -> float:
+def next_effort(s: Any, x: float, velocity: float) -> float:
     """Take a position and a measured velocity; return the effort until the next sample.
 
     Tustin's substitution makes the integral u_i(k) = u_i(k-1) + K_i T/2 [e(k) + e(k-1)] and the
@@ -216,7 +227,7 @@ def go_on(s: Any, x: float, velocity: float) -> float:
         s.v = ((2.0 * tau - T) * s.v + 2.0 * (e - s.e)) / (2.0 * tau + T)
     e_last, s.e, s.x = s.e, e, x
     rests = _rests(s, x)
-    ends = s.times[0] + s.times[1] + s.times[2] + s.window
+    ends = duration(s)
     u, growth = 0.0, 0.5 * s.K_i * T * (e + e_last)
     if t < ends:
         # The mean over the sample that begins: two values, as the velocity gives it exactly
@@ -270,4 +281,4 @@ def step(
     x, velocity = sample.measured_position, sample.measured_velocity
     if not math.isfinite(x) or (s.measured and not math.isfinite(velocity)):
         return vector, math.nan
-    return vector, go_on(s, x, velocity)
+    return vector, next_effort(s, x, velocity)

@@ -31,7 +31,7 @@ _WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 _SAMPLES = 3  # the shortest braking
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
-PUSHES = 2  # pushes from one rest to the next: an axis that goes on to accelerate is held
+PUSHES = 2  # brakings from one rest to the next: an axis that still accelerates is held
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
 RELEASES = 2  # times an axis is let go until what moves it again is a load
 _SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
@@ -44,9 +44,11 @@ _NOISY = 0.2  # of the effort limit: that of an error of the speed; a larger one
 _STRONG = 0.5  # of the limit: standard deviation of a load
 _FAILED = 0.7  # of the speed is left by a braking that something opposes
 _CHANGES = 0.1  # of the limit: standard deviation of the change of a push in a sample
-_STEADY = 0.3  # of friction: that, where noise looks like more
-_WILD, _CLEAR = 6.0, 0.2  # standard deviations of a position, and of the limit: no turn by noise
-_SHAKEN = 0.01  # times that where a vibration moves the axis too, and of a load
+_STEADY = 0.3  # of friction: likewise at most, where noise looks like a force above friction
+# Standard deviations of a position, and of the limit: an effort below both may be by noise, and its
+# change of sign is no turn
+_WILD, _CLEAR = 6.0, 0.2
+_SHAKEN = 0.01  # times `_CHANGES` where a vibration moves the axis too, and of a load
 _LIKELY = 3.0  # standard deviations of a push
 _LONGEST = 0.3  # of a push [s]
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
@@ -86,7 +88,8 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     """Return whether an axis that should rest runs away without becoming slower.
 
     One that was at rest shows it by one step, if a force such as the effort limit explains it: a
-    larger one may be a glitch.
+    larger one may be a glitch. An axis that has been braked `PUSHES` times since it was at rest is
+    not pushed if it vibrates: effort would excite the vibration.
     """
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = abs(new) >= abs(old) and old * new > _SURE * new * new
@@ -108,8 +111,8 @@ def start_braking(p: Any) -> None:
 def _change(p: Any, m: float, F: float) -> float:
     """Return the standard deviation of the change of d T^2/m in a sample.
 
-    Where noise looks like a force above friction, less is believed, so that noise does not drive
-    the axis.
+    It is smaller where noise looks like a force above friction, so that noise does not drive the
+    axis.
     """
     force = p.limit * _CHANGES * (_SHAKEN if p.shaken or p.loaded else 1.0)
     unit = p.period * p.period / m

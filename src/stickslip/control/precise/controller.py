@@ -37,6 +37,7 @@ from stickslip.control.precise.learning import (
     teach,
 )
 from stickslip.control.precise.moving import (
+    EXPLAINED,
     WILD,
     go_on,
     shortest,
@@ -44,7 +45,12 @@ from stickslip.control.precise.moving import (
     unexplained,
     vibrates,
 )
-from stickslip.control.precise.serving import can_serve, serve, servo_for, start_serving
+from stickslip.control.precise.servo import (
+    servo_allowed,
+    servo_effort,
+    servo_for,
+    start_servo,
+)
 from stickslip.control.pulses import exact_choice, exact_learning, exact_state
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.pulses.exact_choice import pulse_for
@@ -82,7 +88,6 @@ _WORTH = 5.0  # tolerances: a shorter way is that of a pulse
 _SOONER = 1.0  # times the duration of a pulse: a move that takes longer is not begun
 _EXTRA = 1.0  # samples that a move takes beyond the shortest time
 _STRONG = 0.9  # of the effort limit: friction up to which a move is begun
-_EXPLAINED = 9.0  # mean squared innovation over its variance: a move that the law explains
 _CERTAIN = 2.0  # standard deviations of friction: an effort that frees the axis
 _UNKNOWN = 0.9  # standard deviation of the logarithm of unknown friction: a factor 6 is two of them
 _UNKNOWN_SHARE = 0.12  # of the effort limit: between a third and a thirtieth, as usual of drives
@@ -142,15 +147,15 @@ def _calm(p: Any, own: Any) -> None:
 
 @compiled()
 def _wait(s: Any) -> None:
-    """Wait for rest after what was no pulse."""
+    """Wait for rest after a motion that was no pulse."""
     wait_for_rest(s)
     s.pending, s.outcome = 0, MOVING
 
 
 @compiled()
 def _ended(p: Any, s: Any, own: Any) -> None:
-    """Give what a move has taught to the pulses, and wait for rest."""
-    explained = p.misfit[p.best] <= _EXPLAINED * p.rows and p.wild <= WILD
+    """Update the model of the pulses by that of a move, and wait for rest."""
+    explained = p.misfit[p.best] <= EXPLAINED * p.rows and p.wild <= WILD
     if p.seen and explained and p.rows >= _LEARNED:
         side = p.backward
         before = law_of(own, side)[1]
@@ -210,15 +215,15 @@ def _leaves_again(p: Any, s: Any, x: float) -> bool:
 
 @compiled()
 def _react(p: Any, s: Any, own: Any, x: float) -> None:
-    """Begin to brake or to hold an axis that moves where it should rest, or leave it to a servo."""
+    """Brake or hold an axis that moves where it should rest, or begin with the servo."""
     m, F = math.exp(own.values[0]), _sure_friction(own)
     falls = _leaves_again(p, s, x)
     runs = pushed(p, m, F, s.phase == RESTING)
     if not (runs or falls):
         return
-    if runs and s.phase != RESTING and can_serve(p) and unexplained(p):
+    if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p):
         _calm(p, own)
-        start_serving(p, own, s.target, x, (x - p.past[1]) / p.period)
+        start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
         return
     p.held = max(p.held, RELEASES) if falls else p.held
     if runs and s.phase == RESTING and p.held == 0:
@@ -257,19 +262,19 @@ def _rested(p: Any, s: Any, own: Any) -> None:
 
 @compiled()
 def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
-    """Return the effort until the next sample of a move and of what follows it."""
+    """Return the effort until the next sample of a move, a braking, a hold or the servo."""
     u = 0.0
     if p.moving == SERVO:
-        u = serve(p, x) if measured else p.commands[0]
-        if p.failed:
+        u = servo_effort(p, x) if measured else p.commands[0]
+        if p.servo_failed:
             _wait(s)
         return u
     if p.moving == MOVE:
         u = go_on(p, x, measured)
-        if measured and can_serve(p) and vibrates(p):
+        if measured and servo_allowed(p) and vibrates(p):
             _calm(p, own)
-            start_serving(p, own, s.target, x, at.direction(p) * p.v)
-            return serve(p, x)
+            start_servo(p, own, s.target, x, at.direction(p) * p.v)
+            return servo_effort(p, x)
     m, F = math.exp(own.values[0]), _sure_friction(own)
     if p.moving == BRAKING:
         u = brake(p, m, F, measured)
@@ -342,10 +347,10 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     of an `ExactPulseController` begin with what it has learned, and correct what is left. An axis
     that is pushed from its rest is held, and moves to the target again. One that moves whenever it
     is let go is under a load above friction: it is held for good, with the outcome ``STOPPED``. One
-    that vibrates during a move is braked, and moves on with three times the effort of friction; at
-    short sampling times a `ProfileController` takes it to the target and holds it there.
-    Where pulses have not helped, it waits for what may swing on the axis, 0.3 s and then 0.6 s, and
-    tries again.
+    that vibrates during a move is braked, and moves on with three times the effort of friction. At
+    short sampling times the servo of a `ProfileController` positions it instead; if that fails,
+    pulses follow. Where pulses have not helped, the controller waits for what may swing on the
+    axis, 0.3 s and then 0.6 s, and tries again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
 
@@ -477,7 +482,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         if p.loaded:  # let go, to see whether the load is still there
             p.loaded = p.held = p.brake_left = 0
         if p.moving == SERVO:
-            p.servo.target, p.servo.phase, p.served = target, profile_kernels.RETARGETED, 0
+            p.servo.target, p.servo.phase, p.unsettled = target, profile_kernels.RETARGETED, 0
         if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest

@@ -39,7 +39,7 @@ TAUGHT = 3
 PAST = 4  # positions kept
 SHAKES = 3  # changes of the sign of wild innovations: the axis vibrates
 
-# A move; braking after one that no plan explains; a push; a servo, once the axis vibrates
+# A move; braking after one that no plan explains; a push; the servo, once the axis vibrates
 MOVE, BRAKING, HOLDING, SERVO = 1, 2, 3, 4
 
 OWN_DTYPE = np.dtype(
@@ -56,7 +56,7 @@ OWN_DTYPE = np.dtype(
         ("delay", "f8"),  # then this many samples
         ("lag", "f8"),  # samples
         ("most_moves", "i8"),  # to one target
-        ("fast", "i8"),  # 1 if the samples are short enough for a servo
+        ("fast", "i8"),  # 1 if samples are short and quiet enough for the servo
         # What changes
         ("moving", "i8"),
         ("begun", "i8"),  # 1 after the first sample
@@ -74,8 +74,8 @@ OWN_DTYPE = np.dtype(
         ("wild", "i8"),  # innovations that the model does not explain
         ("off", "f8"),  # the last of them
         ("shakes", "i8"),  # how often their sign has changed, counted by weight
-        ("reversals", "i8"),  # how often it has changed in this move, after some samples
-        ("reversed_at", "i8"),  # sample in which it has changed last
+        ("reversals", "i8"),  # how often it has changed in this move, `_SLOW` samples apart or more
+        ("reversed_at", "i8"),  # sample of the move in which it has changed last
         ("left", "i8"),  # samples of the last part of the move; 0 before
         ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
         ("waited", "i8"),  # samples since then
@@ -108,8 +108,8 @@ OWN_DTYPE = np.dtype(
         ("brake_left", "i8"),  # samples of it, or most samples of a push
         ("brake_wait", "i8"),  # samples until it is seen what it has done
         ("servo", SERVO_STATE),
-        ("served", "i8"),  # samples in which it has not reached the target
-        ("failed", "i8"),  # 1 once it has not held the axis there
+        ("unsettled", "i8"),  # samples of the servo since it was last at rest at the target
+        ("servo_failed", "i8"),  # 1 once it has not brought the axis there or not held it there
         ("area", "f8"),  # X
         ("commands", "f8", (HISTORY,)),  # the last ones of all, as sent; the latest is the first
         ("open", "i8"),  # 1 as long as it moves one way, and its samples teach

@@ -51,9 +51,11 @@ _ROUGH_SWITCH = 0.03  # of a change of the effort, likewise: its delay
 _OUTLYING = 9.0  # squared standard deviations of an innovation
 _SEEN = 5.0  # standard deviations of a position: an axis that has moved
 _SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts for all of them
-# A vibration: so many such innovations, and their mean normalised square, after one change of their
-# sign and after more
-_ONCE, _MUCH = 5, 9.0
+EXPLAINED = 9.0  # mean squared innovation over its variance: a move that the law explains
+# A vibration, after one change of the sign of unexplained innovations: so many of them in a move
+# that the law does not explain. After two: so many, and this mean squared innovation over its
+# variance
+_ONCE = 5
 _AGAIN, _LITTLE = 9, 0.8
 _SOON = 0.75  # of the shortest time: nearer to the end the servo does not save time
 _SLOW = 6  # samples from one change to the next: feedback can damp what is slower
@@ -336,13 +338,13 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
 
 @compiled()
 def unexplained(p: Any) -> bool:
-    """Return whether something else than the law holds has moved the axis in its last move."""
-    return p.misfit[p.best] > _MUCH * p.rows
+    """Return whether the law does not explain the last move."""
+    return p.misfit[p.best] > EXPLAINED * p.rows
 
 
 @compiled()
 def vibrates(p: Any) -> bool:
-    """Return whether a move shows a slow vibration: the law errs to both sides in turn."""
+    """Return whether a move shows a slow vibration: unexplained innovations change their sign."""
     if p.moving == BRAKING:
         return False
     once = p.reversals > 0 and p.wild >= _ONCE and unexplained(p)

@@ -464,7 +464,7 @@ class SelectedModelEstimator:
             model = model.shifted(self.effort_delay / T)
         if model.rows.size == 0:
             return model, ()
-        # A term below the rounding error of the effort may describe that
+        # A term that explains less than the rounding error of the effort may describe that error
         rounding = effort_step(motions, self.tuning.plausibility) / ROUNDING
         size = float(np.sqrt(np.mean(model.rows.own_effort**2)))
         tuning = replace(

@@ -74,11 +74,11 @@ class PlausibilityTuning:
     """Share of the effort that no term and no noise explains [-], beyond which the model is not
     what moves the axis."""
     fewest_levels: int = 10
-    """Distinct efforts: fewer may be those that a drive is given. Fewer than 10 rounded
-    ones have steps that are coarse beside friction."""
+    """Distinct efforts: fewer may be exact ones, between which a drive switches. Fewer than 10
+    rounded ones have steps that are coarse beside friction."""
     least_rounding: float = 0.2
-    """Share of the rounding error that a model leaves of few efforts [-], from which they are
-    rounded: of rounded ones most models leave half, of exact ones next to nothing."""
+    """Residual of few efforts over their rounding error [-], from which they are rounded: most
+    models leave half of it for rounded efforts, and next to nothing for exact ones."""
     most_levels: int = 2000
     """Distinct efforts: steps of more of them are small."""
     largest_step: float = 0.15
@@ -313,18 +313,21 @@ def unexplained_effort(
 
 
 def effort_step(motions: SlipMotions, tuning: PlausibilityTuning) -> float:
-    """Return the step in which the effort is recorded, if its rounding is no noise; 0 if it is.
+    """Return the step of the recorded effort [N or N m]; 0 if its rounding errors are noise.
 
     Rounding errors of an effort that is quieter than its steps depend on the motion, and repeat
-    with it: a term that is smaller may describe them. A drive that is given a few efforts has them
-    exactly.
+    with it: a term that explains less may describe them. It is 0 for few efforts too, which may be
+    the exact ones of a drive, and for very many.
     """
-    levels, step = _lattice(motions, tuning)
+    levels, step = _effort_levels(motions, tuning)
     return step if levels >= tuning.fewest_levels else 0.0
 
 
-def _lattice(motions: SlipMotions, tuning: PlausibilityTuning) -> tuple[int, float]:
-    """Return the number of distinct efforts and their step; 0 if noise exceeds it."""
+def _effort_levels(motions: SlipMotions, tuning: PlausibilityTuning) -> tuple[int, float]:
+    """Return the number of distinct efforts and their step [N or N m].
+
+    The step is 0 if noise fills it, or if there are too many efforts.
+    """
     levels = np.unique(np.concatenate([m.effort[m.usable] for m in motions.stretches]))
     if not 1 < levels.size <= tuning.most_levels:
         return levels.size, 0.0
@@ -337,9 +340,9 @@ def coarse_effort(model: Model, motions: SlipMotions, unit: str, tuning: Plausib
     """Return that friction is hardly more than the steps of the effort; empty if it is.
 
     Rounding errors of an effort that changes little in a move are no noise: friction takes them up.
-    Few efforts that the model explains but for a small part of a step are those of a drive.
+    Few efforts are exact if the model leaves only a small part of the rounding error of their step.
     """
-    levels, step = _lattice(motions, tuning)
+    levels, step = _effort_levels(motions, tuning)
     if not testable(model):
         return ""
     coulomb, viscous = np.abs(model.friction())

@@ -67,8 +67,8 @@ class SearchTuning:
     smallest_gain: float = 0.02
     """The same relative to the squared error [-]: less makes no difference to a user."""
     dead_band_gain: float = 0.8
-    """The same of a dead band [-], whose column holds small efforts themselves: a band leaves next
-    to nothing but noise. 0.5 takes presliding for one in some logs; above 0.9 noise hides bands."""
+    """The same for a dead band [-], whose column contains small efforts themselves: with a band
+    only noise remains. 0.5 takes presliding for one in some logs; above 0.9 noise hides bands."""
     friction_beside: float = 0.5
     """Least Coulomb friction beside a dead band, over the band [-]: where friction builds up over
     much of the travel, a band takes its place."""

@@ -77,7 +77,9 @@ _STRIBECK_SHAPES = 9  # velocities tried, a factor of some 1.4 apart; refined af
 _PRESLIDING_SHAPES = 7  # distances tried, a factor of 2.8 apart; refined afterwards
 _DEAD_BAND_SHAPES = 9  # sizes tried, a factor of 1.5 apart; refined afterwards
 _NARROWEST_BAND = 0.04  # of the widest
-_MOST_BANDED = 0.2  # of the samples in motion: a wider band explains small efforts by themselves
+_MOST_BANDED = (
+    0.2  # of the samples in motion: the column of a wider band is the effort itself in more of them
+)
 _SATURATION_SHAPES = 12  # limits tried; the limit is not refined
 _MOST_SATURATED = 0.4  # of the samples in motion: a drive that saturates more often is another axis
 _SWING = 0.5  # rad: a smaller one bends the sine of a pendulum by less than 1 %

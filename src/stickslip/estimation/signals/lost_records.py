@@ -1,4 +1,4 @@
-"""Records that a log lacks although its time stamps are even."""
+"""Records that are missing in a log although its time stamps are even."""
 
 from dataclasses import dataclass, replace
 
@@ -14,7 +14,7 @@ __all__ = ["LostRecordTuning", "with_lost_time"]
 
 @dataclass(frozen=True, kw_only=True)
 class LostRecordTuning:
-    """Tuning of what shows that records are lost."""
+    """Tuning of the search for lost records."""
 
     least_ratio: float = 1.6
     """Step of the position over those around it [-], from which records may be lost in it."""
@@ -27,21 +27,33 @@ class LostRecordTuning:
     """Relative deviation of a step from the median of three [-], up to which the axis moves evenly
     there: no motion doubles its speed for one sample only."""
     fewest: int = 4
-    """Places where records are lost [-]: a few do little harm, and ratios are whole by chance."""
+    """Fewest places where records are lost [-]: fewer do little harm, and a few ratios are whole by
+    chance."""
     most_others: float = 0.1
-    """Other uneven steps over the places with whole ratios [-]: a position that is logged a sample
-    late has as many short steps as long ones."""
+    """Other uneven steps over the places with whole ratios [-]: a position that is
+    delayed by a sample in places has as many short steps as long ones."""
 
 
 def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, list[str]]:
-    """Return a log whose time stamps have steps where records are lost, and a note.
+    """Return a log whose time stamps have steps where records are lost, and the notes on them.
 
     Time stamps that were counted, and not measured, are even across lost records: the position then
     steps by a whole multiple of the steps around it.
+
+    Parameters
+    ----------
+    log
+        Returned as it is if its time stamps jitter or have gaps, or if no records are lost.
+    tuning
+        Of the search.
     """
     T, x = log.sampling_time, log.measured_position
     steps = np.diff(x)
-    if log.timing_jitter >= SMALLEST_JITTER or log.segment_starts.size > 1 or steps.size < 20:
+    if (
+        log.timing_jitter >= SMALLEST_JITTER
+        or log.segment_starts.size > 1
+        or steps.size < _FEWEST_STEPS
+    ):
         return log, []
     before, after = _medians(steps, tuning.alike)
     inner = steps[_BESIDE:-_BESIDE]
@@ -63,12 +75,13 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
     records, gaps = int(np.sum(missing)), int(np.sum(lost))
     note = (
         f"{count_of(records, 'record')} missing in {count_of(gaps, 'place')}, where the position "
-        "moves by several steps at once, although the time stamps are even; the later ones are "
-        "shifted; log measured time stamps"
+        "moves by several steps at once, although the time stamps are even; later time stamps "
+        "are shifted; record the time stamps as measured"
     )
     return replace(log, time=log.time + T * np.cumsum(missing)), [note]
 
 
+_FEWEST_STEPS = 20  # of a log: fewer leave hardly a step with enough others on either side
 _BESIDE = 3  # steps on either side
 _OF_MEDIANS = 0.5  # standard deviation of their mean over that of a position
 

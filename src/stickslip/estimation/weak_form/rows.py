@@ -39,7 +39,7 @@ class Shape:
     """Parameter that ``value`` is, and the derivative of the effort with respect to it as a
     function of the coefficients; None where it is not reported so."""
     of_effort: bool = False
-    """Whether the columns are functions of the effort, which is held and delayed as it is."""
+    """Whether the columns are functions of the effort: they are held and delayed like it."""
 
     def allows(self, values: Float[np.ndarray, " p"]) -> bool:
         """Return whether the term can have these coefficients."""
@@ -146,8 +146,8 @@ class WindowRows:
         return self._filtered(column, lambda own: own.weight.mean())
 
     def means(self, shape: Shape) -> Float[np.ndarray, "n p"]:
-        """Return the weighted means of the columns of a shape, computed once."""
-        if shape.of_effort:  # other ones for each delay
+        """Return the weighted means of the columns of a shape; kept unless of the effort."""
+        if shape.of_effort:  # they depend on the delay of these rows
             held = [
                 self._filtered(column, lambda own: own.weight.held(own.delay))
                 for column in shape.columns

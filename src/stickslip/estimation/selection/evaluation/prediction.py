@@ -188,7 +188,10 @@ def _logged(
     time: Float[np.ndarray, " n"],
     effort: Float[np.ndarray, " n"],
 ) -> Float[np.ndarray, " n"]:
-    """Return the logged effort of which an effort reaches the axis [N or N m]."""
+    """Return the logged effort for an effort that acts on the axis, both [N or N m].
+
+    A dead band takes a part of the logged effort, and the gain drifts.
+    """
     gain = 1.0 + values.get("gain_drift", 0.0) * (time - selection.reference_time)
     return (effort + values.get("dead_band", 0.0) * np.sign(effort)) / gain
 

@@ -1,1 +1,1 @@
-"""Faults of a drive or an axis that change what a log shows."""
+"""Tests for faults of a drive or an axis: saturation, and a sudden change."""

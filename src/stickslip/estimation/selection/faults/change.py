@@ -24,28 +24,29 @@ class ChangeTuning:
     smallest_change: float = 0.03
     """Relative change [-]: a smaller one makes parameters wrong by less than half of it."""
     smallest_share: float = 2e-3
-    """Of the effort that it must explain [-]: that of a term is half as large, as there are fewer
-    causes of a sudden change."""
+    """Of the effort that it must explain [-]: twice that of a term, as a sudden change is rarer."""
     largest_p_value: float = 5e-3
-    """Of the change at the best instant [-]: its size, the drifts and the larger of two p-values
-    leave next to no false alarms, although the instant is searched. 1e-3 misses a change of the
-    gain in some ten."""
+    """Of the change at the best instant [-]: with the limit of its size, the comparison with drifts
+    and the larger of two p-values there are next to no false alarms, although the instant is
+    searched. 1e-3 misses one change of the gain in about ten."""
 
 
 def sudden_change(model: Model, tuning: ChangeTuning) -> str:
-    """Return that gain, friction or inertia change at an instant of the log; empty if none does.
+    """Return a note on a change of gain, friction or inertia at an instant; empty if there is none.
 
     A part y of the fitted effort changes at the instant t_1: the column ``y (H(t - t_1) - h)`` with
-    the coefficient g beside those of the model, and the share h of the squares of y that are later.
-    The part is then ``1 + g (1 - h)`` times y after the instant, and ``1 - g h`` times before. The
-    one that explains most is all of the effort (the gain from the logged effort to that of the
+    the coefficient g is added to those of the model, where h is the share of the squares of y after
+    t_1. The part is then ``1 + g (1 - h)`` times y after the instant, and ``1 - g h`` times before.
+    The one that explains most is all of the effort (the gain from the logged effort to that of the
     axis), friction, or the force of inertia. It must explain more than a drift of a part, and more
     than the selected drifts.
 
     Parameters
     ----------
     model
-        As selected.
+        The selected model.
+    tuning
+        Of the test.
     """
     steady = replace(
         model, chosen=tuple(pair for pair in model.chosen if pair[0].name not in _DRIFTS)
