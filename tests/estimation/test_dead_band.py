@@ -1,50 +1,13 @@
 """Which logs show a dead band of the actuator: a motion in closed form."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from jaxtyping import Float
+from two_sines import Motion, log_of, plain_effort
 
 from stickslip.estimation.selection.estimator import SelectedModelEstimator, SelectionTuning
 from stickslip.estimation.selection.search import SearchTuning
 from stickslip.records import AxisLog
-
-TIME = np.arange(0.0, 20.0, 1e-3)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Motion:
-    """Two sines of 0.32 and 0.8 Hz."""
-
-    time: Float[np.ndarray, " n"]
-
-    @property
-    def velocity(self) -> Float[np.ndarray, " n"]:
-        return 0.1 * np.sin(2.0 * self.time) + 0.05 * np.sin(5.0 * self.time)
-
-    @property
-    def acceleration(self) -> Float[np.ndarray, " n"]:
-        return 0.2 * np.cos(2.0 * self.time) + 0.25 * np.cos(5.0 * self.time)
-
-
-def plain_effort(motion: Motion) -> Float[np.ndarray, " n"]:
-    friction = 1.5 * np.sign(motion.velocity) + 4.0 * motion.velocity
-    return 3.0 * motion.acceleration + friction + 0.2
-
-
-def log_of(extra: Callable[[Motion], Float[np.ndarray, " n"]], *, noise: float = 0.02) -> AxisLog:
-    """Return a log whose effort is held over each sample and has white noise."""
-    acts = Motion(time=TIME + 0.5e-3)
-    rng = np.random.default_rng(1)
-    return AxisLog(
-        name="stage",
-        kind="linear",
-        time=TIME,
-        effort=plain_effort(acts) + extra(acts) + noise * rng.standard_normal(TIME.size),
-        measured_position=-0.05 * np.cos(2.0 * TIME) - 0.01 * np.cos(5.0 * TIME),
-    )
 
 
 def tuned(search: SearchTuning) -> SelectedModelEstimator:

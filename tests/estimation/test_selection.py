@@ -1,7 +1,6 @@
 """Selection of the model that a log supports, on motions in closed form and on an own plant."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from estimates import std_of
 from jaxtyping import Float
 from refusals import refuses
 from slow_cases import quick_where
+from two_sines import MIDDLE, TIME, Extra, Motion, log_of, plain_effort
 
 from stickslip.estimation import SelectedModelEstimator, predict_effort
 from stickslip.estimation.prepare import prepare
@@ -32,53 +32,7 @@ SAMPLED = 2e-4
 """Relative; a held effort follows a smooth one to second order of the sampling time."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Motion:
-    """Two sines of 0.32 and 0.8 Hz in closed form, for 20 s at 1 kHz."""
-
-    time: Float[np.ndarray, " n"]
-
-    @property
-    def velocity(self) -> Float[np.ndarray, " n"]:
-        return 0.1 * np.sin(2.0 * self.time) + 0.05 * np.sin(5.0 * self.time)
-
-    @property
-    def position(self) -> Float[np.ndarray, " n"]:
-        return -0.05 * np.cos(2.0 * self.time) - 0.01 * np.cos(5.0 * self.time)
-
-    @property
-    def acceleration(self) -> Float[np.ndarray, " n"]:
-        return 0.2 * np.cos(2.0 * self.time) + 0.25 * np.cos(5.0 * self.time)
-
-
-TIME = np.arange(0.0, 20.0, 1e-3)
-MIDDLE = TIME + 0.5e-3  # the effort of a sample is held until the next
 TRUTH = {"mass": 3.0, "viscous_friction": 4.0, "coulomb_friction": 1.5, "offset": 0.2}
-
-Extra = Callable[[Motion], Float[np.ndarray, " n"]]
-
-
-def plain_effort(motion: Motion) -> Float[np.ndarray, " n"]:
-    friction = 1.5 * np.sign(motion.velocity) + 4.0 * motion.velocity
-    return 3.0 * motion.acceleration + friction + 0.2
-
-
-def log_of(
-    extra: Extra = lambda motion: np.zeros(motion.time.size),
-    *,
-    delay: float = 0.0,
-    noise: float = 0.02,
-    seed: int = 1,
-) -> AxisLog:
-    """Return a log whose effort has white noise; it acts ``delay`` later than it is logged."""
-    acts = Motion(time=MIDDLE + delay)
-    rng = np.random.default_rng(seed)
-    return axis_log(
-        TIME,
-        plain_effort(acts) + extra(acts) + noise * rng.standard_normal(TIME.size),
-        Motion(time=TIME).position,
-        name="stage",
-    )
 
 
 def ramp(motion: Motion) -> Float[np.ndarray, " n"]:
