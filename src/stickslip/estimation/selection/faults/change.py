@@ -21,7 +21,7 @@ class ChangeTuning:
     instants: int = 19
     """Instants that are tried, 5 % of the windows apart: a change in between leaves a fortieth of
     the log on the wrong side."""
-    smallest_change: float = 0.03
+    smallest_change: float = 0.05
     """Relative change [-]: a smaller one makes parameters wrong by less than half of it."""
     smallest_share: float = 2e-3
     """Of the effort that it must explain [-]: twice that of a term, as a sudden change is rarer."""
