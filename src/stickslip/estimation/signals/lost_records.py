@@ -58,14 +58,15 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
     before, after = _medians(steps, tuning.alike)
     inner = steps[_BESIDE:-_BESIDE]
     usual = 0.5 * (before + after)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.where((before * after > 0.0), inner / usual, 0.0)
     noise = position_noise(x)
-    stds = noise * np.hypot(np.sqrt(2.0), _OF_MEDIANS * ratios)
-    stds = stds / np.maximum(np.abs(usual), np.finfo(float).tiny)
-    certain = stds < tuning.certain
-    lost = certain & (ratios > tuning.least_ratio)
-    whole = lost & (np.abs(ratios - np.rint(ratios)) < tuning.whole)
+    # Next to no steps beside one: nothing is certain
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        ratios = np.where((before * after > 0.0), inner / usual, 0.0)
+        stds = noise * np.hypot(np.sqrt(2.0), _OF_MEDIANS * ratios)
+        stds = stds / np.maximum(np.abs(usual), np.finfo(float).tiny)
+        certain = stds < tuning.certain
+        lost = certain & (ratios > tuning.least_ratio) & np.isfinite(ratios)
+        whole = lost & (np.abs(ratios - np.rint(ratios)) < tuning.whole)
     short = certain & (before * after > 0.0) & (ratios < 1.0 / tuning.least_ratio)
     places, others = int(np.sum(whole)), int(np.sum(lost & ~whole) + np.sum(short))
     if places < tuning.fewest or others > tuning.most_others * places:
