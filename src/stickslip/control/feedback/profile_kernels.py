@@ -214,8 +214,7 @@ def next_effort(s: Any, x: float, velocity: float) -> float:
     integral does not grow while the limit holds the effort back.
     """
     T = s.period
-    begins = s.phase in (HELD, RETARGETED)
-    if begins:
+    if s.phase in (HELD, RETARGETED):
         begin(s, x, _speed(s, velocity))
     t = s.samples * T
     r, w, _ = reference(s, t - s.delay)
