@@ -91,12 +91,14 @@ def test_common_parameters_and_those_of_each_log_are_found(fitted: FrictionEstim
         "offset[noon]": -0.1,
         "offset[evening]": 0.5,
         "effort_delay[morning]": 2e-3,
-        "effort_delay[noon]": -1e-3,
+        "effort_delay[noon]": 0.0,  # of the value at its time stamp, half a sample of 2 ms before
         "effort_delay[evening]": 4e-3,
     }
     assert set(fitted.parameters) == set(truth)
     for name, value in truth.items():
         assert near(fitted, name, value), name
+    assert fitted.joint is not None
+    assert [each.effort_kind for each in fitted.joint.logs] == ["held", "sampled", "held"]
     assert fitted.parameters["offset[noon]"].unit == "N"
     assert fitted.covariance.shape == (len(truth), len(truth))
 

@@ -412,7 +412,7 @@ def test_means_are_used_where_the_model_does_not_hold_for_fast_motion() -> None:
     rings = replace(log, measured_position=log.measured_position + ringing)
     windows = SelectedModelEstimator().fit(rings)
     widths = []
-    for tolerated, means in ((2.0, False), (0.5, True)):  # the intervals widen by a factor of 1
+    for tolerated, means in ((4.0, False), (0.5, True)):  # the intervals widen by a factor of 2
         tuning = Tuning(tolerated_widening=tolerated)
         found = ProcessNoiseLikelihoodEstimator(tuning=tuning).fit(rings)
         assert any(note.startswith("means of") for note in found.diagnostics.notes) is means

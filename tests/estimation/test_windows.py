@@ -14,23 +14,23 @@ EXACT = 1e-9
 def test_windows_are_exact_on_polynomials(half_width: int) -> None:
     weight = Weight(half_width=half_width, sampling_time=0.01)
     t = 0.01 * np.arange(-weight.reach, weight.reach + 1)
-    line, parabola, quartic = (
-        Polynomial([0.3, -2.0]),
+    parabola, cubic, quartic = (
         Polynomial([1, 2, 3.0]),
-        Polynomial([0] * 4 + [1.0]),
+        Polynomial([0.5, 2, -1, 40.0]),
+        Polynomial([1, 2, 3.0, -4.0, 5e3]),
     )
-    assert np.sum(weight.mean() * line(t)) == pytest.approx(0.3, rel=EXACT)
-    assert np.sum(weight.first() * parabola(t)) == pytest.approx(2.0, rel=EXACT)
-    assert np.sum(weight.second() * parabola(t)) == pytest.approx(6.0, rel=1e-7)
-    if half_width > 4:
-        assert np.sum(weight.fourth() * quartic(t)) == pytest.approx(24.0, rel=1e-6)
-        assert np.sum(weight.fourth() * parabola(t)) == pytest.approx(0.0, abs=1e-2)
+    variance = (0.01 * half_width) ** 2 / 11.0  # int phi t^2 dt of the weight (1 - s^2)^4
+    assert np.sum(weight.mean() * parabola(t)) == pytest.approx(1 + 3 * variance, rel=EXACT)
+    assert np.sum(weight.first() * cubic(t)) == pytest.approx(2 + 120 * variance, rel=EXACT)
+    assert np.sum(weight.second() * quartic(t)) == pytest.approx(6 + 6e4 * variance, rel=1e-7)
+    assert np.sum(weight.fourth() * quartic(t)) == pytest.approx(24.0 * 5e3, rel=1e-6)
+    assert np.sum(weight.fourth() * cubic(t)) == pytest.approx(0.0, abs=1e-2)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3, -2.4])
 def test_held_effort_is_integrated_exactly(delay: float) -> None:
     weight = Weight(half_width=8, sampling_time=1.0, margin=4)
-    taps = weight.held(delay)
+    taps = weight.effort(delay)
     assert np.sum(taps) == pytest.approx(1.0, rel=EXACT)
     # Against a fine sum of the weight over the time in which a sample's effort acts
     fine = (np.arange(200_000) + 0.5) / 200_000
@@ -38,6 +38,15 @@ def test_held_effort_is_integrated_exactly(delay: float) -> None:
         s = (k + delay + fine) / 8.0
         density = np.where(np.abs(s) < 1, (1 - s**2) ** 4, 0.0) * 315.0 / 256.0 / 8.0
         assert taps[k + weight.reach] == pytest.approx(np.mean(density), abs=1e-10)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.3, -2.4])
+def test_sampled_effort_has_the_mean_of_what_acts(delay: float) -> None:
+    weight = Weight(half_width=8, sampling_time=1.0, margin=4, sampled=True)
+    logged_at = np.arange(-weight.reach, weight.reach + 1)
+    effort = 3.0 - 2.0 * (logged_at + delay) + 0.5 * (logged_at + delay) ** 2
+    variance = 8.0**2 / 11.0  # int phi t^2 dt of the weight (1 - s^2)^4
+    assert np.sum(weight.effort(delay) * effort) == pytest.approx(3 + 0.5 * variance, rel=EXACT)
 
 
 def test_convolution_is_a_correlation_with_zero_padding() -> None:

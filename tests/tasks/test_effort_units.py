@@ -34,7 +34,6 @@ def test_values_are_those_of_the_fit_in_si(torque_log):
         "coulomb_friction": "A",
         "viscous_friction": "A s/rad",
         "offset": "A",
-        "effort_delay": "s",
     }
     assert other.to_dict()["provenance"]["effort_unit"] == "A"
 

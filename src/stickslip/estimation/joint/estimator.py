@@ -44,6 +44,7 @@ from stickslip.estimation.selection.search import half_width, noisy_elasticity, 
 from stickslip.estimation.selection.summary import selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
+    DIRECTION,
     DWELL,
     ELASTIC,
     SATURATION,
@@ -53,6 +54,7 @@ from stickslip.estimation.selection.terms import (
 from stickslip.estimation.selection.widening import (
     between_windows,
     of_other_terms,
+    of_unknown_asymmetry,
     of_unknown_delay,
 )
 from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
@@ -212,6 +214,7 @@ class JointEstimator:
             between_windows(model, rows, estimate, rows_of, tuning.intervals),
             of_other_terms(model, rows, terms, tuning.search.largest_p_value, tuning.intervals),
             unknown_delay,
+            of_unknown_asymmetry(model, rows, terms, tuning.intervals),
             *consistency.shifts,
         )
         shifts = [shift for shift in every if shift is not None]
@@ -307,7 +310,7 @@ class JointEstimator:
         if all(start.delay_known):
             left_out.add(DELAY)
         if not single.offset:  # which friction per direction would bring back
-            left_out.add("direction")
+            left_out.add(DIRECTION)
         parts = zip(start.rows.parts, members, strict=True)
         noisy = any(noisy_elasticity(rows, each.motions) for rows, each in parts)
         if inertia is not None or noisy:
@@ -344,7 +347,9 @@ class JointEstimator:
         for each in members:
             T = each.log.sampling_time
             width = half_width(each.motions, T, tuning)
-            weight = Weight(half_width=width, sampling_time=T, lead=each.log.effort_lead)
+            weight = Weight(
+                half_width=width, sampling_time=T, sampled=each.log.effort_kind == "sampled"
+            )
             part = Model(
                 rows=window_rows(each.motions.stretches, weight),
                 inertia=inertia,

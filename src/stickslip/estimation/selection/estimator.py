@@ -66,6 +66,7 @@ from stickslip.estimation.selection.search import (
 from stickslip.estimation.selection.summary import EFFORT_KINDS, selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
+    DIRECTION,
     DWELL,
     ELASTIC,
     SATURATION,
@@ -78,6 +79,7 @@ from stickslip.estimation.selection.widening import (
     between_moves,
     between_windows,
     of_other_terms,
+    of_unknown_asymmetry,
     of_unknown_delay,
 )
 from stickslip.estimation.weak_form.motion import MotionTuning, SlipMotions, slip_motions
@@ -110,6 +112,11 @@ class SelectionTuning:
         Relative decrease of the residual for which an effort with uneven time stamps is taken for
         sampled or a mean, and not for held [-]. On public logs it is 11 to 31 % where the kind is
         another one, and below 6 % elsewhere.
+    fewest_samples
+        In half a window [-], below which it matters between even time stamps whether an effort is
+        held. The two kinds differ by (omega T)^2 / 24 at the angular frequency omega.
+    sampled_delays
+        Delays of a held effort [samples] that a sampled one has: half a sample less than its own.
     """
 
     motion: MotionTuning = field(default_factory=MotionTuning)
@@ -121,6 +128,8 @@ class SelectionTuning:
     change: ChangeTuning = field(default_factory=ChangeTuning)
     plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
     effort_kind_gain: float = 0.1
+    fewest_samples: int = 10
+    sampled_delays: tuple[float, float] = (-0.75, -0.25)
 
 
 _LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
@@ -161,9 +170,10 @@ class SelectedModelEstimator:
         log shows one.
     effort_kind
         What a logged effort is: ``"held"`` from its time stamp to the next, ``"sampled"`` at its
-        time stamp, or the ``"mean"`` since the time stamp before. None takes it for held if the
-        time stamps are even, where the delay of the effort makes up for the difference, and
-        otherwise for that which explains most.
+        time stamp, or the ``"mean"`` since the time stamp before. None takes it for that which
+        explains most if the time stamps are uneven. Between even ones the delay of the effort makes
+        up for the difference, and it is held; with few samples in a window it is sampled if a held
+        one would act half a sample early.
     tuning
         Of the method.
 
@@ -278,8 +288,10 @@ class SelectedModelEstimator:
                 samples=len(held.log),
                 sampling_time=held.sampling_time,
             )
-        if self.effort_kind is not None or not held.resampled:
+        if self.effort_kind is not None:
             return held
+        if not held.resampled:
+            return self._sampled_if_early(held)
         others = [prepare(log, effort_kind=kind) for kind in ("sampled", "mean")]
         without, *residuals = [self._residual(each) for each in (held, *others)]
         left = min(residuals)
@@ -292,12 +304,35 @@ class SelectedModelEstimator:
         )
         return replace(best, notes=(*best.notes, note))
 
+    def _sampled_if_early(self, held: PreparedLog) -> PreparedLog:
+        """Return a log with even time stamps, its effort sampled if it acts half a sample early."""
+        T = held.sampling_time
+        motions = slip_motions(held, self.tuning.motion)
+        if (
+            self.effort_delay is not None
+            or DELAY in self.exclude
+            or half_width(motions, T, self.tuning.search) >= self.tuning.fewest_samples
+        ):
+            return held
+        delay = self._with_delay(held, motions).rows.delay
+        least, most = self.tuning.sampled_delays
+        if not least < delay < most:
+            return held
+        note = (
+            f"the effort is taken for {EFFORT_KINDS['sampled']}: held to the next one, it would "
+            f"act {-1e3 * T * delay:.3g} ms before it is logged"
+        )
+        return replace(held, effort_kind="sampled", notes=(*held.notes, note))
+
     def _residual(self, log: PreparedLog) -> float:
         """Return the share of the effort that a model with a delay and no further terms leaves."""
-        motions = slip_motions(log, self.tuning.motion)
-        delay = () if self.effort_delay is not None else (DELAY,)
-        model, _ = replace(self, include=delay, select=False)._selected(log, motions)
+        model = self._with_delay(log, slip_motions(log, self.tuning.motion))
         return model.residual_share() if testable(model) else np.inf
+
+    def _with_delay(self, log: PreparedLog, motions: SlipMotions) -> Model:
+        """Return the model with a delay, unless that is known, and with no further terms."""
+        delay = () if self.effort_delay is not None else (DELAY,)
+        return replace(self, include=delay, select=False)._selected(log, motions)[0]
 
     def fit_prepared(self, log: PreparedLog) -> Fit:
         """Return the estimate from a log that is prepared already, with its rows.
@@ -358,6 +393,7 @@ class SelectedModelEstimator:
                 model, rows, terms, self.tuning.search.largest_p_value, self.tuning.intervals
             ),
             unknown_delay,
+            of_unknown_asymmetry(model, rows, terms, self.tuning.intervals),
             *between_moves(model, rows, estimate, self.tuning.intervals),
         )
         shifts = [shift for shift in every if shift is not None]
@@ -452,7 +488,9 @@ class SelectedModelEstimator:
         T = log.sampling_time
         tuning = self.tuning.search
         weight = Weight(
-            half_width=half_width(motions, T, tuning), sampling_time=T, lead=log.effort_lead
+            half_width=half_width(motions, T, tuning),
+            sampling_time=T,
+            sampled=log.effort_kind == "sampled",
         )
         model = Model(
             rows=window_rows(motions.stretches, weight),
@@ -475,7 +513,7 @@ class SelectedModelEstimator:
         if self.effort_delay is not None:
             left_out.add(DELAY)
         if not self.offset:  # which friction per direction would bring back
-            left_out.add("direction")
+            left_out.add(DIRECTION)
         # A wrong inertia would look like an elastic drive
         if self.inertia is not None or noisy_elasticity(model.rows, motions):
             left_out.add(ELASTIC)
@@ -491,6 +529,9 @@ class SelectedModelEstimator:
         sought = DELAY in self.include or (self.select and DELAY not in left_out)
         if sought and (late := scanned_delay(model, best, tuning)):
             best = found(model.shifted(late), tuple(dict.fromkeys((DELAY, *self.include))))
+        if DELAY not in self.include and abs(best.rows.delay) * T < best.elastic_lag:
+            offered = [term for term in offered if term.name != DELAY]
+            best = found(model, self.include)
         return best, offered if self.select else ()
 
     def _solved(

@@ -18,6 +18,9 @@ __all__ = ["DELAY_TERM", "LARGEST_STEP", "Model", "smallest_ratio", "testable"]
 _ROWS_PER_COLUMN = 3
 """Rows of a model for each of its columns, below which no further term is tested."""
 
+_ELASTIC_DAMPING = 0.2
+"""Twice the largest damping ratio of an elastic drive, its friction included [-]."""
+
 LARGEST_STEP = 3.0
 """Of a delay [samples], within which the effort is nearly linear in it."""
 
@@ -143,6 +146,18 @@ class Model:
                 return values[at : at + width]
             at += width
         raise KeyError(name)
+
+    @property
+    def elastic_lag(self) -> float:
+        """Delay of the effort that the damping of an elastic drive looks like at most [s].
+
+        The time over that of its resonance, 1 / omega, is twice the damping ratio.
+        """
+        if ELASTIC not in self.names:
+            return 0.0
+        inertia = self.inertia or float(least_squares(self.columns(), self.target())[0])
+        ratio = float(self.coefficients(ELASTIC)[0]) / inertia
+        return _ELASTIC_DAMPING * float(np.sqrt(max(ratio, 0.0)))
 
     def shifted(self, delay: float) -> "Model":
         """Return the model with another delay of the effort [samples]."""

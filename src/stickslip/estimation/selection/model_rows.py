@@ -16,7 +16,7 @@ from stickslip.estimation.fit.rows import (
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model import Model, smallest_ratio
 from stickslip.estimation.selection.search import SearchTuning
-from stickslip.estimation.selection.terms import DELAY
+from stickslip.estimation.selection.terms import DELAY, DIRECTION
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
 from stickslip.estimation.weak_form.rows import Column
 from stickslip.estimation.weak_form.windows import Weight
@@ -154,7 +154,7 @@ def model_rows(model: Model, inertia_name: str, excess: float | None = None) -> 
     rows = model.rows
     velocity, sign = rows.velocity, rows.direction
     ways = {"": np.ones(rows.size)}
-    if "direction" in model.names:
+    if DIRECTION in model.names:
         ways = {"_positive": (sign > 0).astype(float), "_negative": (sign < 0).astype(float)}
     named: dict[str, Float[np.ndarray, " n"]] = {}
     if model.inertia is None:
@@ -163,11 +163,11 @@ def model_rows(model: Model, inertia_name: str, excess: float | None = None) -> 
         named[f"viscous_friction{way}"] = velocity * on
     for way, on in ways.items():
         named[f"coulomb_friction{way}"] = sign * on
-    if "direction" not in model.names and model.offset:
+    if DIRECTION not in model.names and model.offset:
         named["offset"] = np.ones(rows.size)
     target = model.target()
     for term, shape in model.chosen:
-        if term.name == "direction":
+        if term.name == DIRECTION:
             continue
         own = model.term_columns(term, shape)
         if term.name == DELAY:

@@ -303,7 +303,7 @@ def unexplained_effort(
     inertia = abs(float(values[0])) if model.inertia is None else model.inertia
     position = inertia * motions.noise_of(weight.second())
     effort = noise_level(np.concatenate([m.effort for m in motions.stretches]))
-    effort *= float(np.linalg.norm(weight.held(0.0)))
+    effort *= float(np.linalg.norm(weight.effort(0.0)))
     left = max(residual - position**2 - effort**2, 0.0)
     share = float(np.sqrt(left / max(float(np.mean(model.rows.own_effort**2)), _TINY)))
     if share < tuning.largest_residual:

@@ -17,6 +17,7 @@ from stickslip.records import AxisKind
 __all__ = [
     "DEAD_BAND",
     "DELAY",
+    "DIRECTION",
     "DWELL",
     "ELASTIC",
     "MODEL_SCALE",
@@ -31,6 +32,9 @@ __all__ = [
 
 DELAY = "delay"
 """Name of the term that is the derivative of the effort with respect to its delay."""
+
+DIRECTION = "direction"
+"""Name of the term that is the asymmetry of viscous friction."""
 
 DWELL = "dwell"
 """Name of the term that is the growth of the breakaway friction with the time at rest."""
@@ -136,7 +140,7 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
     origin, centre = motions.reference_position, motions.reference_time
     terms = [
         _plain(
-            "direction",
+            DIRECTION,
             "viscous friction differs between the directions",
             viscous_asymmetry=lambda m: np.abs(m.velocity),
         ),

@@ -11,7 +11,13 @@ from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model, smallest_ratio, testable
 from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.significance import jackknife
-from stickslip.estimation.selection.terms import DELAY, ELASTIC, SATURATION, Term
+from stickslip.estimation.selection.terms import (
+    DELAY,
+    DIRECTION,
+    ELASTIC,
+    SATURATION,
+    Term,
+)
 from stickslip.estimation.weak_form.rows import FEWEST_FOLDS
 from stickslip.records import FrictionEstimate
 
@@ -20,6 +26,7 @@ __all__ = [
     "between_moves",
     "between_windows",
     "of_other_terms",
+    "of_unknown_asymmetry",
     "of_unknown_delay",
 ]
 
@@ -49,6 +56,9 @@ class IntervalTuning:
     which the estimate of the delay depends on what the model lacks."""
     similar_factor: float = 5.0
     """Factor of the standard deviation of the delay there [-]."""
+    unknown_asymmetry: float = 0.1
+    """Standard deviation of the difference of viscous friction per direction from their mean, over
+    the mean [-], of an axis whose log does not determine it."""
     fewest_moves: float = 0.7
     """Share of the moves that wide windows must still fit into [-]: with fewer, the difference is
     one between moves and not between windows."""
@@ -131,7 +141,8 @@ def of_unknown_delay(
 
     Where the slope of the effort is next to a combination of the other columns, sigma is taken
     several times as large: d then depends on what the model lacks. A selected delay is then as
-    uncertain as it is large.
+    uncertain as it is large. Beside an elastic drive, a delay that its damping explains is not
+    selected, and counts whatever sigma is.
     """
     if not testable(model):
         return None
@@ -148,7 +159,8 @@ def of_unknown_delay(
         delay, std = float(values[place]) / T, float(stds[place]) / T
     similar = own < tuning.similar_share
     if not similar and (selected or std < tuning.certain_delay):
-        return None
+        lag = model.elastic_lag / model.rows.weight.sampling_time
+        return None if selected or lag == 0.0 else min(abs(delay), lag) * change
     factor = tuning.similar_factor if similar else 1.0
     weight = 1.0 / (1.0 + (factor * std / tuning.unknown_delay) ** 2)
     size = tuning.unknown_delay * np.sqrt(1.0 - weight)
@@ -158,6 +170,37 @@ def of_unknown_delay(
         size = max(size, abs(delay))
     shift = size * T * change
     return np.insert(shift, place, -size * T) if selected else shift
+
+
+def of_unknown_asymmetry(
+    model: Model, rows: ModelRows, terms: Sequence[Term], tuning: IntervalTuning
+) -> Float[np.ndarray, " p"] | None:
+    """Return the change of the parameters by an asymmetry of viscous friction that is not selected.
+
+    Friction that differs between the directions is the rule, and its viscous part moves the
+    offset. It has a normal prior of zero mean; with the estimate of the log, the larger of mean and
+    standard deviation of the posterior is the asymmetry that counts. None if the model has it, or
+    may not.
+
+    Parameters
+    ----------
+    model, rows, tuning
+        Of the fit.
+    terms
+        Those that may be selected.
+    """
+    term = next((term for term in terms if term.name == DIRECTION), None)
+    if term is None or DIRECTION in model.names or not (model.offset and model.viscous):
+        return None
+    column = model.term_columns(term, term.shapes[0])[:, 0]
+    asymmetric = rows.with_column("viscous_asymmetry", column)
+    if smallest_ratio(asymmetric.columns) < _EXACT:
+        return None
+    values, stds = asymmetric.fitted()
+    prior = tuning.unknown_asymmetry * abs(model.friction()[1])
+    weight = prior**2 / max(prior**2 + float(stds[-1]) ** 2, _TINY)
+    size = max(prior * np.sqrt(1.0 - weight), weight * abs(float(values[-1])))
+    return np.asarray(-size * least_squares(rows.columns, column))
 
 
 def of_other_terms(
@@ -183,7 +226,7 @@ def of_other_terms(
     norms = np.linalg.norm(rows.columns, axis=0)
     largest, found = 0.0, None
     for term in terms:
-        if term.name not in least_ratios or term.name == SATURATION:
+        if term.name not in least_ratios or term.name in {SATURATION, DIRECTION}:
             continue
         shapes = (
             term.shapes[:: max(len(term.shapes) // 3, 1)]

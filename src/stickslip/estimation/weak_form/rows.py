@@ -127,7 +127,7 @@ class WindowRows:
     @cached_property
     def effort(self) -> Float[np.ndarray, " n"]:
         """Mean of the effort that acts [N or N m]."""
-        return self._filtered(lambda m: m.effort, lambda own: own.weight.held(own.delay))
+        return self._filtered(lambda m: m.effort, lambda own: own.weight.effort(own.delay))
 
     @cached_property
     def model_effort(self) -> Float[np.ndarray, " n"]:
@@ -149,7 +149,7 @@ class WindowRows:
         """Return the weighted means of the columns of a shape; kept unless of the effort."""
         if shape.of_effort:  # they depend on the delay of these rows
             held = [
-                self._filtered(column, lambda own: own.weight.held(own.delay))
+                self._filtered(column, lambda own: own.weight.effort(own.delay))
                 for column in shape.columns
             ]
             return np.column_stack(held)

@@ -11,6 +11,7 @@ side, where it costs variance and no bias. The support is compact, so that a row
 outside its window: reversals, rests, gaps, clipped and lost samples are left out exactly.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +31,7 @@ class Weight:
     half_width: int  # half of its support [samples]
     sampling_time: float  # [s]
     margin: int = 1  # samples beyond either end that a delayed effort may reach into
-    lead: float = 0.0  # time before its time stamp from which an effort acts [samples]
+    sampled: bool = False  # whether the effort is smooth between the samples, not held
 
     @property
     def duration(self) -> float:
@@ -39,45 +40,38 @@ class Weight:
 
     def mean(self) -> Float[np.ndarray, " taps"]:
         """Return the taps of int phi g dt for a sampled signal g [-]."""
-        s = self._abscissa()
-        taps = (1.0 - s**2) ** _ORDER
-        return taps / np.sum(taps)
+        return self._with_moments(0, {0: 1.0, 2: self._variance}, self._steps())
 
     def first(self) -> Float[np.ndarray, " taps"]:
         """Return the taps of -int phi' x dt, which is the mean of the velocity [1/s]."""
-        s = self._abscissa()
-        taps = 2.0 * _ORDER * s * (1.0 - s**2) ** (_ORDER - 1)
-        # Exact for a uniform motion: the sum of k taps is one over the sampling time
-        return taps / (float(np.sum(taps * self._steps())) * self.sampling_time)
+        moments = {1: 1.0, 3: 3.0 * self._variance}
+        return self._with_moments(1, moments, self._steps()) / self.sampling_time
 
     def second(self) -> Float[np.ndarray, " taps"]:
         """Return the taps of int phi'' x dt, which is the mean of the acceleration [1/s^2]."""
-        s = self._abscissa()
-        n = _ORDER
-        taps = (1.0 - s**2) ** (n - 2) * (4 * n * (n - 1) * s**2 - 2 * n * (1.0 - s**2))
-        taps -= self.mean() * float(np.sum(taps))  # a resting axis does not accelerate
-        squares = self._steps() ** 2
-        return taps * 2.0 / (float(np.sum(taps * squares)) * self.sampling_time**2)
+        moments = {0: 0.0, 2: 2.0, 4: 12.0 * self._variance}
+        return self._with_moments(2, moments, self._steps()) / self.sampling_time**2
 
     def fourth(self) -> Float[np.ndarray, " taps"]:
         """Return the taps of the mean of the fourth derivative of the position [1/s^4]."""
-        s = self._abscissa()
-        taps = _FOURTH(s) * (np.abs(s) < 1.0)
-        k = self._steps()
-        # The sum of the taps and their second moment vanish, as the integrals do
-        powers = np.stack([np.ones(k.size), k**2])
-        weighted = powers * self.mean()
-        taps -= np.linalg.solve(weighted @ powers.T, powers @ taps) @ weighted
-        return taps * 24.0 / (float(np.sum(taps * k**4)) * self.sampling_time**4)
+        moments = {0: 0.0, 2: 0.0, 4: 24.0}
+        return self._with_moments(4, moments, self._steps()) / self.sampling_time**4
 
-    def held(self, delay: float) -> Float[np.ndarray, " taps"]:
-        """Return the taps of int phi u dt for an effort held over each sample [-].
+    def effort(self, delay: float) -> Float[np.ndarray, " taps"]:
+        """Return the taps of int phi u dt for an effort that acts ``delay`` samples late [-].
 
-        The effort acts by ``delay`` samples later than it is logged.
+        The effort is held from its time stamp to the next, or smooth between them if sampled.
         """
         k = self._steps()
-        edges = np.append(k, k[-1] + 1.0) + delay - self.lead
+        if self.sampled:
+            return self._with_moments(0, {0: 1.0, 1: 0.0, 2: self._variance}, k + delay)
+        edges = np.append(k, k[-1] + 1.0) + delay
         return np.diff(_integral(edges / self.half_width))
+
+    @property
+    def lead(self) -> float:
+        """Time before its time stamp from which an effort acts, for a sample [samples]."""
+        return 0.5 if self.sampled else 0.0
 
     def overlap(self) -> Overlap:
         """Return the correlation of two windows over a signal with white noise."""
@@ -94,11 +88,33 @@ class Weight:
         """Samples on either side of the middle that a row depends on [-]."""
         return self.half_width + self.margin
 
-    def _abscissa(self) -> Float[np.ndarray, " taps"]:
-        return np.clip(self._steps() / self.half_width, -1.0, 1.0)
+    @property
+    def _variance(self) -> float:
+        """Second moment of the weight, int phi k^2 dk [samples^2]."""
+        return self.half_width**2 / (2 * _ORDER + 3)
+
+    def _at(self, k: Float[np.ndarray, " n"], order: int = 0) -> Float[np.ndarray, " n"]:
+        """Return a derivative of phi, up to the sign, at k samples from the middle."""
+        s = k / self.half_width
+        values = np.asarray(_WEIGHT.deriv(order)(s)) * 0.5 * (np.sign(1.0 - np.abs(s)) + 1.0)
+        return (-1.0) ** order * _SCALE * values / self.half_width ** (order + 1)
+
+    def _with_moments(
+        self, order: int, moments: Mapping[int, float], k: Float[np.ndarray, " taps"]
+    ) -> Float[np.ndarray, " taps"]:
+        """Return a derivative of phi at k samples from the middle, with moments sum taps k^n.
+
+        A sum over few samples differs from the integral. With the moments of the integral it is
+        exact for polynomials up to the highest of their orders.
+        """
+        taps = self._at(k, order)
+        powers = np.stack([k**order for order in moments])
+        weighted = powers * self._at(k)
+        missing = np.array(list(moments.values())) - powers @ taps
+        return taps + np.linalg.solve(weighted @ powers.T, missing) @ weighted
 
 
-_FOURTH = np.polynomial.Polynomial([1.0, 0.0, -1.0]).__pow__(_ORDER).deriv(4)
+_WEIGHT = np.polynomial.Polynomial([1.0, 0.0, -1.0]) ** _ORDER
 _SCALE = 315.0 / 256.0  # 1 / int (1 - s^2)^4 ds
 
 

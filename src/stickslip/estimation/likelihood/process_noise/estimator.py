@@ -33,7 +33,7 @@ from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
 from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.model_rows import width_slope
-from stickslip.estimation.selection.terms import DELAY, ELASTIC, SATURATION
+from stickslip.estimation.selection.terms import DELAY, DIRECTION, ELASTIC, SATURATION
 from stickslip.estimation.settings import check_given, options_of
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.resampling import resampled
@@ -232,7 +232,7 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
         estimator = SelectedModelEstimator(
             inertia=self.inertia,
             offset=self.per_direction or self.terms.offset,
-            include=("direction",) if self.per_direction else (),
+            include=(DIRECTION,) if self.per_direction else (),
         )
         fit = estimator.fit_prepared(log)
         model = fit.model
@@ -249,7 +249,7 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
             )
             for motion in model.rows.motions
         ]
-        per_direction = "direction" in model.names
+        per_direction = DIRECTION in model.names
         return _Selected(per_direction, model.rows.delay, tuple(loads), columns, fit.estimate)
 
     def _candidate(self, log: AxisLog, problem: Problem, found: _Selected) -> _Candidate:
@@ -398,7 +398,7 @@ def _loads(model: Model, estimate: FrictionEstimate) -> dict[str, Column]:
     """
     loads: dict[str, Column] = {}
     for term, shape in model.chosen:
-        if term.name in {DELAY, SATURATION, "direction"}:
+        if term.name in {DELAY, SATURATION, DIRECTION}:
             continue
         if term.name == ELASTIC:
             taps = model.rows.weight.fourth()
