@@ -22,14 +22,6 @@ if TYPE_CHECKING:
     from stickslip.estimation.fit.fitted import Fit
     from stickslip.estimation.online.faults.health import OnlineHealth
 
-__all__ = [
-    "DetailedEstimator",
-    "EstimationTask",
-    "Estimator",
-    "OnlineEstimator",
-    "OnlineIntervalEstimator",
-]
-
 State = Float[np.ndarray, " s"]
 
 LARGEST_DELAY = 100

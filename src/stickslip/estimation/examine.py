@@ -47,8 +47,6 @@ from stickslip.records import (
     Identification,
 )
 
-__all__ = ["examine"]
-
 Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
 """As `EnergyEstimator.levels` returns them."""
 

@@ -9,16 +9,6 @@ from jaxtyping import Float
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.records import EnergyBalance, FrictionCurve, FrictionEstimate, Residuals
 
-__all__ = [
-    "LARGEST_PLOT",
-    "EnergyStretch",
-    "ForceRows",
-    "VelocityLaw",
-    "effort_residuals",
-    "energy_balance",
-    "friction_curve",
-]
-
 LARGEST_PLOT = 4000
 """Points beyond which a curve only gets heavier, not clearer."""
 

@@ -19,15 +19,6 @@ from stickslip.estimation.signals.resampling import SMALLEST_JITTER, resampled
 from stickslip.estimation.signals.sensor_noise import encoder_step, position_noise
 from stickslip.records import AxisLog, EffortKind, count_of
 
-__all__ = [
-    "PreparationTuning",
-    "PreparedLog",
-    "PreparedPart",
-    "RepairedLog",
-    "prepare",
-    "repaired",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PreparationTuning:

@@ -12,8 +12,6 @@ from typing import Any
 from stickslip.estimation.base import EstimationTask, Estimator
 from stickslip.records import AxisKind, InputError, ReadOnlyMapping, mass_name
 
-__all__ = ["ESTIMATORS", "EstimatorEntry", "entry_of"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorEntry:
@@ -193,7 +191,7 @@ def _maximum_likelihood(task: EstimationTask) -> Estimator:
         if task.inertia_guess is None:
             raise InputError("likelihood_needs_mass")
         guess = {"mass": task.inertia_guess, "inertia": task.inertia_guess}
-    return _made("likelihood", "MaximumLikelihoodEstimator", task, initial_values=guess)
+    return _made("likelihood.estimator", "MaximumLikelihoodEstimator", task, initial_values=guess)
 
 
 def _observer(module: str, name: str, task: EstimationTask, **settings: bool) -> Estimator:
@@ -237,7 +235,9 @@ _ENTRIES = (
     EstimatorEntry(
         name="maximum-likelihood-process-noise",
         summary="greatest likelihood under noise of the effort, of the sensors and of forces",
-        build=partial(_made, "likelihood.process_noise", "ProcessNoiseLikelihoodEstimator"),
+        build=partial(
+            _made, "likelihood.process_noise.estimator", "ProcessNoiseLikelihoodEstimator"
+        ),
         settings=frozenset({"offset", "largest_delay"}),
         rigid_only=True,
     ),

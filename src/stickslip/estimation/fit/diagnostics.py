@@ -15,16 +15,6 @@ from stickslip.estimation.fit.rows import (
 )
 from stickslip.records import ParameterEstimate, Status, Verdict, shared_name
 
-__all__ = [
-    "Determined",
-    "condition_number",
-    "cross_validation_residual",
-    "determined",
-    "hardly_moves",
-    "status_of",
-    "unidentifiable_reason",
-]
-
 LEAST_SIGNAL_TO_NOISE = 5.0
 """A regressor less than five times its own noise would be biased to zero by more than 4 %."""
 

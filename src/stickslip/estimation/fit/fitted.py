@@ -11,8 +11,6 @@ from stickslip.records import AxisLog, FrictionEstimate
 if TYPE_CHECKING:
     from stickslip.estimation.selection.model import Model
 
-__all__ = ["Fit", "RowsEstimator"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:

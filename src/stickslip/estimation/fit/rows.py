@@ -12,8 +12,6 @@ from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.estimation.signals.sensor_noise import encoder_step
 from stickslip.records import AxisKind
 
-__all__ = ["MotionSummary", "Regression", "least_squares", "summarise_motion"]
-
 SMALLEST_SINGULAR_RATIO = 0.01
 """Columns of unit norm with a smaller singular value (relative to the largest) differ by
 less than 1 % of their content, which sensor and model errors exceed."""

@@ -9,8 +9,6 @@ from stickslip.estimation.signals.resampling import SMALLEST_JITTER
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisLog, count_of
 
-__all__ = ["LostRecordTuning", "with_lost_time"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class LostRecordTuning:

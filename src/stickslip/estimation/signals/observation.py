@@ -18,8 +18,6 @@ from stickslip.estimation.signals.kinematics import (
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisLog
 
-__all__ = ["MotionNoise", "ObservedMotion", "fuse", "largest_noise", "motion_noise", "observe"]
-
 CLEAN = 1e-6
 """Noise below this fraction of the largest value is taken for rounding, and nothing is smoothed."""
 

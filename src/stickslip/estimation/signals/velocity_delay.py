@@ -9,8 +9,6 @@ from stickslip.estimation.signals.kinematics import LowPass, noise_level
 from stickslip.estimation.signals.sensor_noise import longest_in_motion
 from stickslip.records import AxisLog, InputError
 
-__all__ = ["VelocityMatch", "velocity_match", "without_wrong_velocity"]
-
 LARGEST_DELAY = 0.1
 """Delay, in samples, that a measured velocity may have: half a sample already moves energies from
 friction to inertia."""
