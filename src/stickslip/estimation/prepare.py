@@ -63,62 +63,36 @@ class PreparationTuning:
 
 @dataclass(frozen=True, kw_only=True)
 class PreparedPart:
-    """One stretch without gaps, evenly sampled.
+    """One stretch without gaps, evenly sampled."""
 
-    Attributes
-    ----------
-    time, effort, position
-        [s, N or N m, m or rad], shape (n,).
-    model_effort
-        At each time stamp [N or N m], shape (n,); zero without a model.
-    usable
-        Whether a sample was recorded as it was, shape (n,): clipped and repaired ones are not.
-    """
-
-    time: Float[np.ndarray, " n"]
-    effort: Float[np.ndarray, " n"]
-    position: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  #: Shape (n,) [s].
+    effort: Float[np.ndarray, " n"]  #: Shape (n,) [N or N m].
+    position: Float[np.ndarray, " n"]  #: Shape (n,) [m or rad].
+    #: At each time stamp [N or N m], shape (n,); zero without a model.
     model_effort: Float[np.ndarray, " n"]
+    #: Whether a sample was recorded as it was, shape (n,): clipped and repaired ones are not.
     usable: Bool[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class PreparedLog:
-    """A log with its defects found, repaired where possible, and counted.
+    """A log with its defects found, repaired where possible, and counted."""
 
-    Attributes
-    ----------
-    log
-        Repaired, with its own time stamps.
-    parts
-        Its stretches without gaps, evenly sampled.
-    sampling_time
-        [s].
-    effort_kind
-        What the effort of the log was taken for. That of the parts acts from `effort_lead` before
-        its time stamp on, for one sample.
-    position_noise
-        Standard deviation of the noise of a position, rounding included [m or rad].
-    noise_correlation
-        Of that noise from one sample to the next [-]; 0 unless positions are fused with velocities.
-    wrap_period
-        Period by which the position was found to wrap [m or rad]; 0 if it does not.
-    repaired, clipped
-        Numbers of samples repaired, and of samples with a clipped effort [-].
-    notes
-        What was done, one sentence each.
-    """
-
-    log: AxisLog
-    parts: tuple[PreparedPart, ...]
-    sampling_time: float
+    log: AxisLog  #: Repaired, with its own time stamps.
+    parts: tuple[PreparedPart, ...]  #: Its stretches without gaps, evenly sampled.
+    sampling_time: float  #: [s].
+    #: What the effort of the log was taken for. That of the parts acts from `effort_lead` before
+    #: its time stamp on, for one sample.
     effort_kind: EffortKind
+    #: Standard deviation of the noise of a position, rounding included [m or rad].
     position_noise: float
+    #: Of that noise from one sample to the next [-]; 0 unless positions are fused with velocities.
     noise_correlation: float
+    #: Period by which the position was found to wrap [m or rad]; 0 if it does not.
     wrap_period: float
-    repaired: int
-    clipped: int
-    notes: tuple[str, ...]
+    repaired: int  #: Number of samples repaired [-].
+    clipped: int  #: Number of samples with a clipped effort [-].
+    notes: tuple[str, ...]  #: What was done, one sentence each.
 
     @property
     def effort_lead(self) -> float:

@@ -18,84 +18,47 @@ DEFAULT_AXIS = "axis"
 
 @dataclass(frozen=True, kw_only=True)
 class ExportSettings:
-    """Settings of an export; those a target does not use must be None.
+    """Settings of an export; those a target does not use must be None."""
 
-    Attributes
-    ----------
-    overwrite
-        Whether values that the edited file already has are replaced.
-    points
-        Number of points of a table of effort over speed [-].
-    top_speed
-        Largest speed that a table covers [rad/s or m/s], on the side of the target.
-    link_inertia
-        Part of the identified inertia that the model has already [kg m^2 or kg], on the side of the
-        target; the rest is written as armature. None: no armature is written.
-    rated_current, torque_constant
-        Of the motor [A] and [N m/A or N/A].
-    precision
-        Arithmetic of generated code: ``"single"`` or ``"double"``.
-    fmi_version
-        ``"2.0"`` or ``"3.0"``.
-    binaries
-        Of a functional mock-up unit: for ``"all"`` platforms, the ``"host"``'s, or ``"none"``.
-    load_inertia
-        Part of the identified inertia that moves behind a spring [kg m^2 or kg].
-    stiffness
-        Of that spring [N m/rad or N/m].
-    sampling_time
-        Of a sampled model or generated code [s].
-    """
-
-    overwrite: bool = False
-    points: int | None = None
+    overwrite: bool = False  #: Whether values that the edited file already has are replaced.
+    points: int | None = None  #: Number of points of a table of effort over speed [-].
+    #: Largest speed that a table covers [rad/s or m/s], on the side of the target.
     top_speed: float | None = None
+    #: Part of the identified inertia that the model has already [kg m^2 or kg], on the side of the
+    #: target; the rest is written as armature. None: no armature is written.
     link_inertia: float | None = None
-    rated_current: float | None = None
-    torque_constant: float | None = None
+    rated_current: float | None = None  #: Of the motor [A].
+    torque_constant: float | None = None  #: Of the motor [N m/A or N/A].
+    #: Arithmetic of generated code: ``"single"`` or ``"double"``.
     precision: Literal["single", "double"] | None = None
-    fmi_version: Literal["2.0", "3.0"] | None = None
+    fmi_version: Literal["2.0", "3.0"] | None = None  #: ``"2.0"`` or ``"3.0"``.
+    #: Of a functional mock-up unit: for ``"all"`` platforms, the ``"host"``'s, or ``"none"``.
     binaries: Literal["all", "host", "none"] | None = None
+    #: Part of the identified inertia that moves behind a spring [kg m^2 or kg].
     load_inertia: float | None = None
-    stiffness: float | None = None
-    sampling_time: float | None = None
+    stiffness: float | None = None  #: Of that spring [N m/rad or N/m].
+    sampling_time: float | None = None  #: Of a sampled model or generated code [s].
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rendered:
-    """What an export writes.
+    """What an export writes."""
 
-    Attributes
-    ----------
-    files
-        Content by relative path with ``/``; text is written as UTF-8. An exporter of one file uses
-        the empty path.
-    notes
-        What the target does not represent, and anything else a user should know, one sentence
-        each; they also stand in the file where its format has comments.
-    """
-
+    #: Content by relative path with ``/``; text is written as UTF-8. An exporter of one file uses
+    #: the empty path.
     files: Mapping[str, str | bytes]
+    #: What the target does not represent, and anything else a user should know, one sentence each;
+    #: they also stand in the file where its format has comments.
     notes: tuple[str, ...] = field(default=())
 
 
 @dataclass(frozen=True, kw_only=True)
 class FileToEdit:
-    """A file that an export is written into.
+    """A file that an export is written into."""
 
-    Attributes
-    ----------
-    content
-        Its bytes.
-    path
-        Where it stands; None in memory.
-    out
-        Where the edited file will stand; None if it is not written.
-    """
-
-    content: bytes
-    path: Path | None = None
-    out: Path | None = None
+    content: bytes  #: Its bytes.
+    path: Path | None = None  #: Where it stands; None in memory.
+    out: Path | None = None  #: Where the edited file will stand; None if it is not written.
 
 
 @runtime_checkable

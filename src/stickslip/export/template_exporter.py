@@ -44,20 +44,13 @@ Filling = tuple[dict[str, Any], list[str]]
 
 @dataclass(frozen=True, kw_only=True)
 class TemplateExporter:
-    """A target whose file is a template, filled in with the values of every axis.
+    """A target whose file is a template, filled in with the values of every axis."""
 
-    Attributes
-    ----------
-    values
-        What the template needs of an axis; its docstring states the format and its source.
-    template
-        Name of the template in the folder ``templates`` beside the module of ``values``.
-    name, title, group, side, represents, cannot, ending, edits, several, options
-        See `Exporter`.
-    """
-
+    #: What the template needs of an axis; its docstring states the format and its source.
     values: Callable[[AxisToFill], Filling]
+    #: Name of the template in the folder ``templates`` beside the module of ``values``.
     template: str
+    # See `Exporter` on the others
     name: str
     title: str
     group: Group

@@ -71,18 +71,6 @@ class PulseRecord(Record):
 class LearnedPulses(Record):
     """Values that a pulse controller has learned, for its next run.
 
-    Attributes
-    ----------
-    method
-        ``"pwc"``, ``"papwc"``, ``"exact"`` or ``"landing"``.
-    kind
-        ``"linear"`` or ``"rotary"``.
-    values
-        By name [SI, the unit that `stickslip.records.unit_of` names].
-    covariance
-        What the method's recursion resumes from, shape (n, n) [that of the method]: of least
-        squares the inverse of the sum of the regressors' squares.
-
     Raises
     ------
     InputError
@@ -100,9 +88,11 @@ class LearnedPulses(Record):
     schema = _SCHEMA
     json_form = ("schema method kind values=valued covariance",)
 
-    method: PulseMethod
-    kind: AxisKind
-    values: Mapping[str, float]
+    method: PulseMethod  #: ``"pwc"``, ``"papwc"``, ``"exact"`` or ``"landing"``.
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``.
+    values: Mapping[str, float]  #: By name [SI, the unit that `stickslip.records.unit_of` names].
+    #: What the method's recursion resumes from, shape (n, n) [that of the method]: of least squares
+    #: the inverse of the sum of the regressors' squares.
     covariance: Float[np.ndarray, "n n"]
 
     def __post_init__(self) -> None:

@@ -83,30 +83,17 @@ class Window:
 
 @dataclass(frozen=True, kw_only=True)
 class SupervisorState:
-    """State of a landing controller, of any axis.
+    """State of a landing controller, of any axis."""
 
-    Attributes
-    ----------
-    target
-        Where the axis shall rest.
-    phases
-        All so far, the last is the present one.
-    feedback, feedback_state
-        The controller of the feedback phase, whose time begins with that phase, and its state [as
-        of the controller]; None and empty outside it.
-    estimator_state
-        Of the estimator that runs along [its own units]; in a feedback phase that of its begin.
-    window, renewed
-        Where rest is looked for; whether feedback to a new target begins with the next sample.
-    """
-
-    target: float = quantity_field("position")
-    phases: tuple[Phase, ...] = ()
+    target: float = quantity_field("position")  #: Where the axis shall rest.
+    phases: tuple[Phase, ...] = ()  #: All so far, the last is the present one.
+    #: The controller of the feedback phase, whose time begins with that phase; None outside it.
     feedback: FeedbackController | None = None
-    feedback_state: Float[np.ndarray, " f"]
+    feedback_state: Float[np.ndarray, " f"]  #: Its state [as of the controller]; else empty.
+    #: Of the estimator that runs along [its own units]; in a feedback phase that of its begin.
     estimator_state: Float[np.ndarray, " e"]
-    window: Window
-    renewed: bool = True
+    window: Window  #: Where rest is looked for.
+    renewed: bool = True  #: Whether feedback to a new target begins with the next sample.
 
     @property
     def phase(self) -> Phase:

@@ -14,41 +14,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
-    """An estimate, its least-squares rows, and what the estimator knew of the axis.
+    """An estimate, its least-squares rows, and what the estimator knew of the axis."""
 
-    Attributes
-    ----------
-    estimate
-        The result.
-    rows
-        Rows whose least-squares solution is the estimate.
-    inertia
-        Known mass or inertia, of a flexible arm that of the driven side [kg or kg m^2]; None if it
-        was estimated.
-    load_inertia
-        Known mass or inertia of the load of a flexible arm [kg or kg m^2]; None for a rigid axis,
-        or if it was estimated.
-    stiffness
-        Known stiffness of a flexible arm [N/m or N m/rad]; None for a rigid axis, or if it was
-        estimated.
-    stribeck
-        Known Stribeck effect; None if there is none, or if it was estimated.
-    cutoff
-        Cutoff frequency of the low-pass of the estimator [Hz]; None for the default one.
-    filter_order
-        Order of one pass of that low-pass.
-    model
-        Of `SelectedModelEstimator`: the selected model; None for the others.
-    """
-
-    estimate: FrictionEstimate
-    rows: Regression
+    estimate: FrictionEstimate  #: The result.
+    rows: Regression  #: Rows whose least-squares solution is the estimate.
+    #: Known mass or inertia, of a flexible arm that of the driven side [kg or kg m^2]; None if it
+    #: was estimated.
     inertia: float | None = None
+    #: Known mass or inertia of the load of a flexible arm [kg or kg m^2]; None for a rigid axis, or
+    #: if it was estimated.
     load_inertia: float | None = None
+    #: Known stiffness of a flexible arm [N/m or N m/rad]; None for a rigid axis, or if it was
+    #: estimated.
     stiffness: float | None = None
+    #: Known Stribeck effect; None if there is none, or if it was estimated.
     stribeck: StribeckEffect | None = None
+    #: Cutoff frequency of the low-pass of the estimator [Hz]; None for the default one.
     cutoff: float | None = None
-    filter_order: int = 4
+    filter_order: int = 4  #: Order of one pass of that low-pass.
+    #: Of `SelectedModelEstimator`: the selected model; None for the others.
     model: "Model | None" = None
 
 

@@ -50,33 +50,19 @@ what the whole motion would make of the strongest one."""
 
 @dataclass(frozen=True, kw_only=True)
 class LikelihoodMaximum:
-    """The likeliest axis, sensors' noise and first states of a log.
+    """The likeliest axis, sensors' noise and first states of a log."""
 
-    Attributes
-    ----------
-    plant
-        With the likeliest parameters.
-    values
-        Of the parameters sought, by name [SI].
-    delay
-        Samples that the effort acts late.
-    noise
-        By channel, such as ``"position"``: standard deviation [unit of the channel], and
-        correlation from reading to reading.
-    initial_states
-        Of each stretch: position and velocity of each mass [SI].
-    log_likelihood
-        Up to a constant that does not depend on the parameters or the delay [-].
-    grazing
-        Whether the likelihood may jump nearby: an event of the likeliest motion grazes.
-    """
-
-    plant: Plant
-    values: Mapping[str, float]
-    delay: int
+    plant: Plant  #: With the likeliest parameters.
+    values: Mapping[str, float]  #: Of the parameters sought, by name [SI].
+    delay: int  #: Samples that the effort acts late.
+    #: By channel, such as ``"position"``: standard deviation [unit of the channel], and correlation
+    #: from reading to reading.
     noise: Mapping[str, ChannelNoise]
+    #: Of each stretch: position and velocity of each mass [SI].
     initial_states: tuple[tuple[float, ...], ...]
+    #: Up to a constant that does not depend on the parameters or the delay [-].
     log_likelihood: float
+    #: Whether the likelihood may jump nearby: an event of the likeliest motion grazes.
     grazing: bool
 
 

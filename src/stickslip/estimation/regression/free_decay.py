@@ -54,13 +54,6 @@ _SAME = 1e-9  # efforts that differ by less than this part of the largest one ar
 class DecayingExtremes:
     """Successive extremes of a free decay, and what Markho's formula makes of them.
 
-    Attributes
-    ----------
-    position
-        Of the extremes, maxima and minima in turn [m or rad], shape (n,).
-    deviation
-        Standard deviation of each [m or rad], shape (n,).
-
     Raises
     ------
     InputError
@@ -74,8 +67,9 @@ class DecayingExtremes:
     (0.9, 0.2)
     """
 
+    #: Of the extremes, maxima and minima in turn [m or rad], shape (n,).
     position: Float[np.ndarray, " n"]
-    deviation: Float[np.ndarray, " n"]
+    deviation: Float[np.ndarray, " n"]  #: Standard deviation of each [m or rad], shape (n,).
 
     def __post_init__(self) -> None:
         if self.position.size < _LEAST_EXTREMES:
