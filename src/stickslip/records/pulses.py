@@ -113,6 +113,25 @@ class LearnedPulses(Record):
         covariance.flags.writeable = False
         object.__setattr__(self, "covariance", covariance)
 
+    def check(
+        self, *, method: str, kind: AxisKind, names: tuple[str, ...], size: int | None = None
+    ) -> None:
+        """Check that it was learned by a method on a kind of axis, and holds what is needed.
+
+        ``names`` are values, ``size`` is that of the covariance. An InputError if not.
+        """
+        for name, own, needed in (("method", self.method, method), ("kind", self.kind, kind)):
+            if own != needed:
+                raise InputError(
+                    "learned_otherwise", where=name, name=name, own=own, needed=needed, unit=""
+                )
+        for name in names:
+            if name not in self.values:
+                raise InputError("learned_lacks", where="values", name=name, needed=names)
+        shape = self.covariance.shape
+        if size is not None and shape != (size, size):
+            raise InputError("covariance_shape", where="covariance", shape=shape, size=size)
+
     @property
     def valued(self) -> dict[str, Valued]:
         """Values with their units."""

@@ -217,20 +217,6 @@ def learned_from(path: Path) -> LearnedPulses:
         raise error.at("[guess], learned") from None
 
 
-def check_learned(
-    learned: LearnedPulses, *, method: str, kind: AxisKind, names: tuple[str, ...]
-) -> None:
-    """Check that a controller can resume from what was learned."""
-    for name, own, needed in (("method", learned.method, method), ("kind", learned.kind, kind)):
-        if own != needed:
-            raise InputError(
-                "learned_otherwise", where=name, name=name, own=own, needed=needed, unit=""
-            )
-    for name in names:
-        if name not in learned.values:
-            raise InputError("learned_lacks", where="values", name=name, needed=names)
-
-
 def estimate_in(path: Path, kind: AxisKind) -> FirstGuesses:
     """Read the values that ``stickslip identify --json`` wrote, for an axis of a kind.
 

@@ -204,18 +204,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     def _check_learned(self, learned: LearnedPulses, names: tuple[str, ...], size: int) -> None:
         """Check that what was learned is of this method and axis, and holds what is needed."""
         check_class("experience", learned, LearnedPulses)
-        for name in ("method", "kind"):
-            own, needed = getattr(learned, name), getattr(self, name)
-            if own != needed:
-                raise InputError(
-                    "learned_otherwise", where=name, name=name, own=own, needed=needed, unit=""
-                )
-        for name in names:
-            if name not in learned.values:
-                raise InputError("learned_lacks", where="values", name=name, needed=names)
-        shape = learned.covariance.shape
-        if shape != (size, size):
-            raise InputError("covariance_shape", where="covariance", shape=shape, size=size)
+        learned.check(method=self.method, kind=self.kind, names=names, size=size)
 
 
 def checked_share(

@@ -2,14 +2,19 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.estimation.fit.rows import Regression
+from stickslip.estimation.fit.solve import provenance_of, solve
+from stickslip.estimation.settings import options_of
 from stickslip.friction import StribeckEffect
 from stickslip.records import AxisLog, FrictionEstimate
 
 if TYPE_CHECKING:
     from stickslip.estimation.selection.model import Model
+
+_KNOWN = ("inertia", "load_inertia", "stiffness", "stribeck", "cutoff", "filter_order")
+"""Settings of estimators that a report needs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +42,7 @@ class Fit:
 
 
 class RowsEstimator(ABC):
-    """Base of the estimators whose estimate is the least-squares solution of rows."""
+    """Base of the estimators whose estimate is that of rows."""
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log; see `Estimator.fit`."""
@@ -46,3 +51,31 @@ class RowsEstimator(ABC):
     @abstractmethod
     def details(self, log: AxisLog) -> Fit:
         """Return the estimate with its rows, for a report; raises as `fit`."""
+
+
+class LeastSquaresEstimator(RowsEstimator):
+    """Base of those whose estimate is the least-squares solution of the rows that they make."""
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def regression(self, log: AxisLog) -> Regression:
+        """Return the rows; raises as `fit`."""
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Name and settings as plain values, for a result's provenance."""
+        return options_of(self)
+
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report; raises as `fit`."""
+        rows = self.regression(log)
+        provenance = provenance_of(log, self.options)
+        return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
+
+    def fitted(self, estimate: FrictionEstimate, rows: Regression) -> Fit:
+        """Return an estimate and its rows with what is known of the axis."""
+        known = {name: getattr(self, name) for name in _KNOWN if hasattr(self, name)}
+        stribeck = known.pop("stribeck", None)
+        one = stribeck if isinstance(stribeck, StribeckEffect) else None
+        return Fit(estimate=estimate, rows=rows, stribeck=one, **known)

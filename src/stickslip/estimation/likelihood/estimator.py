@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -156,6 +156,7 @@ class MaximumLikelihoodEstimator(RowsEstimator):
     largest_delay: int = 0
     horizon: float | None = None
     initial_values: Mapping[str, float] | None = None
+    name: ClassVar[str] = "maximum-likelihood"
 
     def __post_init__(self) -> None:
         units = {"inertia": "kg or kg m^2", "load_inertia": "kg or kg m^2"}
@@ -174,11 +175,6 @@ class MaximumLikelihoodEstimator(RowsEstimator):
         for one, other in (("mass", "inertia"), ("load_mass", "load_inertia"), ("stiffness",) * 2):
             if self.flexible and one in names and one not in guesses and other not in guesses:
                 raise InputError("no_guess_of_arm", name=other)
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "maximum-likelihood"
 
     @property
     def terms(self) -> FrictionTerms:

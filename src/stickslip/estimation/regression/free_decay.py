@@ -14,6 +14,7 @@ viscous friction bends the envelope, Coulomb friction lets it fall straight.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -158,16 +159,12 @@ class FreeDecayEstimator:
 
     inertia: float | None = None
     stiffness: float | None = None
+    name: ClassVar[str] = "free-decay"
 
     def __post_init__(self) -> None:
         check_given(self, positive, {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad"})
         if (self.inertia is None) == (self.stiffness is None):
             raise InputError("inertia_or_stiffness")
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "free-decay"
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated."""

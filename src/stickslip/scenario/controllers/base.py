@@ -31,7 +31,6 @@ from stickslip.scenario.axis import Axis
 from stickslip.scenario.guess import (
     FirstGuesses,
     GuessTable,
-    check_learned,
     guesses_from,
     learned_from,
 )
@@ -179,6 +178,7 @@ class Controller(Table):
     guesses: ClassVar[tuple[str, ...]] = ()  # quantities of ``[guess]`` that it uses
     learns: ClassVar[bool] = False  # whether it learns values that can be saved
     learned_names: ClassVar[tuple[str, ...]] = ()  # those that it needs to resume
+    resumes: ClassVar[str] = ""  # method whose learned values it takes; empty for its own
     beside_learned: ClassVar[tuple[str, ...]] = ("learned",)  # allowed in ``[guess]`` then
 
     method: str = required("controller")
@@ -236,7 +236,6 @@ class Controller(Table):
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
         """Return the values of an earlier run as first guesses."""
-        check_learned(learned, method=self.method, kind=kind, names=self.learned_names)
         return FirstGuesses(kind=kind, values={}, learned=learned, source=source)
 
     def begin(self, setup: Setup, folder: Path) -> FirstGuesses:
@@ -250,6 +249,8 @@ class Controller(Table):
         path = folder / guess.learned
         learned = learned_from(path)
         try:
+            method = self.resumes or self.method
+            learned.check(method=method, kind=kind, names=self.learned_names)
             return self.guesses_of(learned, kind, f"learned {guess.learned}")
         except InputError as error:
             raise error.at(f"[guess], learned, {path}") from None
