@@ -1,10 +1,11 @@
-"""What every export obeys: the protocol, the settings, and what is written."""
+"""The base of the exports: their settings, and what is written."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Literal, Protocol, runtime_checkable
+from typing import Literal
 
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.transmission import Side
@@ -61,56 +62,27 @@ class FileToEdit:
     out: Path | None = None  #: Where the edited file will stand; None if it is not written.
 
 
-@runtime_checkable
-class Exporter(Protocol):
-    """A target of exports.
+@dataclass(frozen=True, kw_only=True)
+class Exporter(ABC):
+    """A target of exports."""
 
-    Attributes
-    ----------
-    name
-        As on the command line, such as ``"urdf"``.
-    title
-        Name of the target in words.
-    group
-        Section of the overview.
-    side
-        The side whose values the target holds; None for whichever side the parameters are of.
-    represents
-        Quantities that the target holds, of `stickslip.records.QUANTITIES`.
-    cannot
-        For other quantities that friction may have, what the target does instead, as the end of
-        a sentence such as ``"static friction ..."``.
-    ending
-        Of the file, such as ``".urdf"``; empty for a folder.
-    edits
-        Whether it edits an existing file: ``"never"`` or ``"always"``.
-    several
-        Whether one file can hold several axes.
-    options
-        Fields of `ExportSettings` that it uses, beside ``overwrite``.
-    """
+    name: str  #: As on the command line, such as ``"urdf"``.
+    title: str  #: Name of the target in words.
+    group: Group = "simulator"  #: Section of the overview.
+    #: The side whose values the target holds; None for whichever side the parameters are of.
+    side: Side | None = "joint"
+    #: Quantities that the target holds, of `stickslip.records.QUANTITIES`.
+    represents: tuple[str, ...]
+    #: For other quantities that friction may have, what the target does instead, as the end of a
+    #: sentence such as ``"static friction ..."``.
+    cannot: Mapping[str, str] = field(default_factory=dict)
+    ending: str  #: Of the file, such as ``".urdf"``; empty for a folder.
+    #: Whether it edits an existing file: ``"never"`` or ``"always"``.
+    edits: Literal["never", "always"] = "never"
+    several: bool = True  #: Whether one file can hold several axes.
+    options: tuple[str, ...] = ()  #: Fields of `ExportSettings` that it uses, beside ``overwrite``.
 
-    @property
-    def name(self) -> str: ...  # noqa: D102 - see the class
-    @property
-    def title(self) -> str: ...  # noqa: D102
-    @property
-    def group(self) -> Group: ...  # noqa: D102
-    @property
-    def side(self) -> Side | None: ...  # noqa: D102
-    @property
-    def represents(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def cannot(self) -> Mapping[str, str]: ...  # noqa: D102
-    @property
-    def ending(self) -> str: ...  # noqa: D102
-    @property
-    def edits(self) -> Literal["never", "always"]: ...  # noqa: D102
-    @property
-    def several(self) -> bool: ...  # noqa: D102
-    @property
-    def options(self) -> tuple[str, ...]: ...  # noqa: D102
-
+    @abstractmethod
     def render(
         self,
         axes: Mapping[str, ExportParameters],
@@ -133,7 +105,6 @@ class Exporter(Protocol):
         InputError
             If the target cannot hold the parameters, or the file to edit is unsuitable.
         """
-        ...
 
 
 def quantities_used(exporter: Exporter) -> tuple[str, ...]:
