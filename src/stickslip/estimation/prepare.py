@@ -24,15 +24,13 @@ from stickslip.records import AxisLog, EffortKind, count_of
 class PreparationTuning:
     """Tuning of what counts as a defect of a log."""
 
-    shortest_part: int = 20
-    """Samples of a stretch without gaps that can hold a window."""
+    shortest_part: int = 20  #: Samples of a stretch without gaps that can hold a window.
     wrap_share: float = 0.8
     """Size of a step over the range of the position [-] from which it may be a wrapped angle."""
     glitch_deviations: float = 8.0
     """Deviation from the neighbours, beyond twice their own changes, in standard deviations of the
     second difference [-]: white noise is at most 25 standard deviations off then."""
-    longest_glitch: int = 3
-    """Samples of a glitch, however slow the sampling."""
+    longest_glitch: int = 3  #: Samples of a glitch, however slow the sampling.
     longest_dropout: float = 0.01
     """Duration of a glitch [s], however fast the sampling: a few cycles of a bus."""
     jump_ratio: float = 5.0
@@ -53,8 +51,7 @@ class PreparationTuning:
     """Noise of fused over that of measured positions, squared, below which a velocity is used."""
     velocity_scale: float = 0.003
     """Relative error of a velocity's scale beyond which it is not used [-]."""
-    velocity_delay: float = 0.3
-    """Delay of a velocity beyond which it is not used [samples]."""
+    velocity_delay: float = 0.3  #: Delay of a velocity beyond which it is not used [samples].
     most_clipped: float = 0.4
     """Share of the samples [-] at an extreme beyond which the input is switched, not clipped."""
     lost_records: LostRecordTuning = field(default_factory=LostRecordTuning)
@@ -301,8 +298,7 @@ def _shown(name: str) -> str:
     return name.removeprefix("measured_").replace("_", " ")
 
 
-_PERIODS = (2.0 * np.pi, 360.0, 1.0)
-"""Periods of an angle in rad, degrees and turns."""
+_PERIODS = (2.0 * np.pi, 360.0, 1.0)  # periods of an angle in rad, degrees and turns
 
 
 def _without_jumps(

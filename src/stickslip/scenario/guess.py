@@ -31,8 +31,7 @@ from stickslip.scenario.table import ScenarioError, key
 AXIS_GUESSES = ("mass", *DIRECTIONAL, "offset")
 FILES = ("estimate", "learned")
 _RUNNING = ("coulomb_friction", "viscous_friction")
-_DRIFT = 0.05
-"""Relative standard deviation of the change of friction since a log or an earlier run."""
+_DRIFT = 0.05  # relative standard deviation of the change of friction since a log or an earlier run
 
 _UNCERTAINTY = {
     "mass_uncertainty": (("mass",), 0.01, ExactPulseController.mass_uncertainty),

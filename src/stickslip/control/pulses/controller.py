@@ -71,8 +71,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     tolerance: float = quantity_field("position")
     rest: RestDetection
     kind: AxisKind = "linear"
-    method: ClassVar[PulseMethod]
-    """Name of the method, as in what it has learned."""
+    method: ClassVar[PulseMethod]  #: Name of the method, as in what it has learned.
     _kernel: ClassVar[Any]
 
     def __post_init__(self) -> None:

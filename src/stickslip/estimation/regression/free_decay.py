@@ -40,10 +40,8 @@ from stickslip.records import (
     positive,
 )
 
-_LEAST_EXTREMES = 4
-"""As many as there are unknowns: centre, first amplitude, ratio and shift."""
-_WINDOW = 0.25
-"""Part of a half-swing on either side of an extreme that its value is taken from."""
+_LEAST_EXTREMES = 4  # as many as there are unknowns: centre, first amplitude, ratio and shift
+_WINDOW = 0.25  # part of a half-swing on either side of an extreme that its value is taken from
 _LEAST_SIDE = 6  # samples on either side
 _PROMINENCE = 0.02  # least height of a swing over the range of the decay
 _CLEAR = 20.0  # the same in standard deviations of the position

@@ -46,20 +46,15 @@ REST_SAMPLES: Any = key(
     says="10; with ideal sensors 1, without a velocity 2",
 )
 
-_HELD_WITHIN = 100.0
-"""Travel of an axis that is only held, in tolerances."""
+_HELD_WITHIN = 100.0  # travel of an axis that is only held, in tolerances
 
-_REST_MOTION = 0.01
-"""Share of the tolerance: an axis on bristles that moves no farther rests."""
+_REST_MOTION = 0.01  # share of the tolerance: an axis on bristles that moves no farther rests
 
-_CONTINUOUS = 1e-9
-"""Step of an encoder without steps, over the noise: too fine to matter."""
+_CONTINUOUS = 1e-9  # step of an encoder without steps, over the noise: too fine to matter
 
-_SURELY = 3.0
-"""Largest error of a mean of measurements, in its standard deviations."""
+_SURELY = 3.0  # largest error of a mean of measurements, in its standard deviations
 
-_REST_SAMPLES = 10
-"""Samples over which a rest is judged by default, where sensors are not ideal."""
+_REST_SAMPLES = 10  # samples over which a rest is judged by default, where sensors are not ideal
 
 
 @dataclass(frozen=True, kw_only=True)

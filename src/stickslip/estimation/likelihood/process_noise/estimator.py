@@ -430,8 +430,7 @@ def _scaled(size: float, column: Column) -> Column:
     return lambda motion: size * column(motion)
 
 
-_CHANGE = "_change"
-"""End of the name of the change of a shape from its value in the selection."""
+_CHANGE = "_change"  # end of the name of the change of a shape from its value in the selection
 _NOT_REPORTED = ("_excess", _CHANGE)
 """Ends of the names of coefficients that are no parameters of the axis."""
 
