@@ -110,35 +110,19 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
 
     What landings of an arm and of a single mass have in common: the feedback phase, the estimator
     that runs along through all phases, targets, and the log of phases.
-
-    Attributes
-    ----------
-    sampling_time
-        That of the loop.
-    target
-        Where the axis shall rest.
-    tolerance
-        How far from it at most.
-    effort_limit
-        Largest magnitude of effort.
-    estimator
-        Of Coulomb and viscous friction, that runs along.
-    position_noise, velocity_noise
-        Standard deviations of one sample; 0 for none.
-    pd
-        Of the feedback phase; None for gains by a rule.
-    wait_limit
-        How long the driven mass may take to come to rest; None for a time by a rule.
     """
 
-    sampling_time: float = quantity_field("sampling_time")
-    target: float = quantity_field("position")
-    tolerance: float = quantity_field("position")
-    effort_limit: float = quantity_field("effort")
-    estimator: RunningEstimator
+    sampling_time: float = quantity_field("sampling_time")  #: That of the loop.
+    target: float = quantity_field("position")  #: Where the axis shall rest.
+    tolerance: float = quantity_field("position")  #: How far from it at most.
+    effort_limit: float = quantity_field("effort")  #: Largest magnitude of effort.
+    estimator: RunningEstimator  #: Of Coulomb and viscous friction, that runs along.
+    #: Standard deviations of one sample; 0 for none.
     position_noise: float = quantity_field("position", default=0.0)
+    #: Standard deviations of one sample; 0 for none.
     velocity_noise: float = quantity_field("velocity", default=0.0)
-    pd: PD | None = None
+    pd: PD | None = None  #: Of the feedback phase; None for gains by a rule.
+    #: How long the driven mass may take to come to rest; None for a time by a rule.
     wait_limit: float | None = quantity_field("time", default=None)
     _driven: ClassVar[str]  # name of the driven mass
     _left: ClassVar[float] = 0.0  # share of the travel that feedback leaves to the pulses

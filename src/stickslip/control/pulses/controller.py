@@ -47,30 +47,18 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     it is. A sample that lacks what the controller needs gives the effort NaN and changes nothing; a
     vector that is not one of this method is a ValueError.
 
-    Attributes
-    ----------
-    sampling_time
-        That of the loop; pulses last whole samples.
-    target
-        Where the axis is to rest.
-    tolerance
-        How far from it at most.
-    rest
-        When the axis counts as being at rest.
-    kind
-        ``"linear"`` or ``"rotary"``.
-
     Raises
     ------
     InputError
         If a value is out of its range.
     """
 
+    #: That of the loop; pulses last whole samples.
     sampling_time: float = quantity_field("sampling_time")
-    target: float = quantity_field("position")
-    tolerance: float = quantity_field("position")
-    rest: RestDetection
-    kind: AxisKind = "linear"
+    target: float = quantity_field("position")  #: Where the axis is to rest.
+    tolerance: float = quantity_field("position")  #: How far from it at most.
+    rest: RestDetection  #: When the axis counts as being at rest.
+    kind: AxisKind = "linear"  #: ``"linear"`` or ``"rotary"``.
     method: ClassVar[PulseMethod]  #: Name of the method, as in what it has learned.
     _kernel: ClassVar[Any]
 
