@@ -26,9 +26,9 @@ LOADED = (
 class Phase:
     """A phase of a landing."""
 
-    #: ``"feedback"``: moved near the target; ``"resting"``: no effort, until mass 1 rests and the
-    #: swing of mass 2 is known; ``"series"``: pulses planned together; ``"pulses"``: one after the
-    #: other, of a single mass; ``"done"``; ``"stopped"``.
+    #: ``"feedback"`` (moved near the target), ``"resting"`` (no effort, until mass 1 rests and the
+    #: swing of mass 2 is known), ``"series"`` (pulses planned together), ``"pulses"`` (one after
+    #: the other, of a single mass), ``"done"`` or ``"stopped"``.
     name: LandingPhaseName
     start: float = quantity_field("time")  #: When it began [s].
     reason: str  #: The condition under which it was entered.

@@ -67,7 +67,7 @@ class PreparedPart:
     position: Float[np.ndarray, " n"]  #: Shape (n,) [m or rad].
     #: At each time stamp [N or N m], shape (n,); zero without a model.
     model_effort: Float[np.ndarray, " n"]
-    #: Whether a sample was recorded as it was, shape (n,): clipped and repaired ones are not.
+    #: Whether a sample was recorded as it was, shape (n,); clipped and repaired ones are not.
     usable: Bool[np.ndarray, " n"]
 
 

@@ -30,10 +30,10 @@ class ExportSettings:
     link_inertia: float | None = None
     rated_current: float | None = None  #: Of the motor [A].
     torque_constant: float | None = None  #: Of the motor [N m/A or N/A].
-    #: Arithmetic of generated code: ``"single"`` or ``"double"``.
+    #: Arithmetic of generated code, ``"single"`` or ``"double"``.
     precision: Literal["single", "double"] | None = None
     fmi_version: Literal["2.0", "3.0"] | None = None  #: ``"2.0"`` or ``"3.0"``.
-    #: Of a functional mock-up unit: for ``"all"`` platforms, the ``"host"``'s, or ``"none"``.
+    #: Of a functional mock-up unit, for ``"all"`` platforms, the ``"host"``'s, or ``"none"``.
     binaries: Literal["all", "host", "none"] | None = None
     #: Part of the identified inertia that moves behind a spring [kg m^2 or kg].
     load_inertia: float | None = None
@@ -77,7 +77,7 @@ class Exporter(ABC):
     #: sentence such as ``"static friction ..."``.
     cannot: Mapping[str, str] = field(default_factory=dict)
     ending: str  #: Of the file, such as ``".urdf"``; empty for a folder.
-    #: Whether it edits an existing file: ``"never"`` or ``"always"``.
+    #: Whether it edits an existing file, ``"never"`` or ``"always"``.
     edits: Literal["never", "always"] = "never"
     several: bool = True  #: Whether one file can hold several axes.
     options: tuple[str, ...] = ()  #: Fields of `ExportSettings` that it uses, beside ``overwrite``.

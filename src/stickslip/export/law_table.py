@@ -21,7 +21,7 @@ class LawTable:
     """Efforts to hold constant speeds."""
 
     speed: Float[np.ndarray, " n"]  #: Ascending from 0 [rad/s or m/s], shape (n,).
-    #: Effort that holds the speed forward [N m or N], shape (n,): the friction with the offset.
+    #: Effort that holds the speed forward [N m or N], shape (n,); the friction with the offset.
     forward: Float[np.ndarray, " n"]
     #: The same backward; negative where friction dominates.
     backward: Float[np.ndarray, " n"]

@@ -52,7 +52,7 @@ class ExportParameters:
 
     #: ``"linear"`` or ``"rotary"``; its units are those of `stickslip.records.unit_of`.
     kind: AxisKind
-    #: Values that may be written, by parameter name [SI]: those identified, and with ``force`` also
+    #: Values that may be written, by parameter name [SI]; those identified, and with ``force`` also
     #: others that have a value.
     values: Mapping[str, float]
     #: Parameters that are not written, each with the reason.

@@ -46,7 +46,7 @@ class MotionSensitivity:
     """
 
     motion: SimulatedMotion  #: The motion.
-    #: The parameters: those of the plant and its friction law, then the initial state.
+    #: The parameters, those of the plant and its friction law, then the initial state.
     names: tuple[str, ...]
     #: Derivative of that of the (first) mass by each parameter [m or rad over the unit of the
     #: parameter], shape (n+1, p).

@@ -188,7 +188,7 @@ class LoopRun(Generic[S]):
     replaced: int = 0  #: Efforts that were not finite and were written as zero.
     #: Largest delay of a sample against the time base.
     latest: float = quantity_field("time", default=0.0)
-    #: Longest time of a round: reading, step and writing.
+    #: Longest time of a round, with reading, step and writing.
     longest: float = quantity_field("time", default=0.0)
 
 

@@ -37,7 +37,7 @@ class Fit:
     #: Cutoff frequency of the low-pass of the estimator [Hz]; None for the default one.
     cutoff: float | None = None
     filter_order: int = 4  #: Order of one pass of that low-pass.
-    #: Of `SelectedModelEstimator`: the selected model; None for the others.
+    #: The selected model of `SelectedModelEstimator`; None for the others.
     model: "Model | None" = None
 
 

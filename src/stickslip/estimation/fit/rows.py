@@ -78,7 +78,7 @@ class Regression:
     regressors: Float[np.ndarray, "n p"]  #: Shape (n, p) [SI].
     #: Root mean square of the sensor noise in each column [SI], shape (p,).
     regressor_noise: Float[np.ndarray, " p"]
-    #: What the target is: ``"effort"``, ``"energy"`` or ``"position"``.
+    #: What the target is, ``"effort"``, ``"energy"`` or ``"position"``.
     quantity: Literal["effort", "energy", "position"]
     motion: MotionSummary  #: What the log excites.
     samples: int  #: Number of samples of the log that the rows were made from.

@@ -55,14 +55,14 @@ class LikelihoodMaximum:
     plant: Plant  #: With the likeliest parameters.
     values: Mapping[str, float]  #: Of the parameters sought, by name [SI].
     delay: int  #: Samples that the effort acts late.
-    #: By channel, such as ``"position"``: standard deviation [unit of the channel], and correlation
-    #: from reading to reading.
+    #: Standard deviation [unit of the channel], and correlation from reading to reading, by
+    #: channel, such as ``"position"``.
     noise: Mapping[str, ChannelNoise]
-    #: Of each stretch: position and velocity of each mass [SI].
+    #: Position and velocity of each mass [SI], of each stretch.
     initial_states: tuple[tuple[float, ...], ...]
     #: Up to a constant that does not depend on the parameters or the delay [-].
     log_likelihood: float
-    #: Whether the likelihood may jump nearby: an event of the likeliest motion grazes.
+    #: Whether the likelihood may jump nearby, as an event of the likeliest motion grazes.
     grazing: bool
 
 

@@ -49,7 +49,7 @@ _SAMPLE_UNITS = {
 class Module:
     """A module of C code: translated kernels, and the layout of its configuration and state."""
 
-    name: str  #: Ends the names of its files: ``stickslip_NAME.c``.
+    name: str  #: Ends the names of its files, ``stickslip_NAME.c``.
     unit: Unit  #: The translated kernels.
     entries: Mapping[str, str]  #: Names in C of the kernels that its functions call.
     layout: Layout | None = None  #: Of the state; None for the law, which has none.

@@ -211,8 +211,8 @@ class CorrectedSeries(PulseSeries):
     filtered: float  #: Of the feedback (`Tracking`).
     moving: int  #: Samples before the time on the target.
     frequency: float  #: Of mass 2 while mass 1 rests [rad/s].
-    #: To the final state: of a state, of none, the gains of the final state, and from mass 1 to
-    #: mass 2.
+    #: Maps to the final state, of a state and of none, the gains of the final state, and from mass
+    #: 1 to mass 2.
     maps: tuple[
         Float[np.ndarray, "n 4 4"],
         Float[np.ndarray, "n 4"],

@@ -41,7 +41,7 @@ class Tuning:
     smoothing_time: float = 0.03
     """Window of the signals that the first guess and the rate of the effort come from [s]. Short
     against a move, long against the noise; the result does not depend on the first guess."""
-    fewest_innovations: int = 50  #: Of a log [-]: with fewer, nothing is estimated.
+    fewest_innovations: int = 50  #: Of a log [-]; with fewer, nothing is estimated.
     fewest_means: int = 200
     """Innovations that noise levels and parameters are estimated from where samples are means of
     several [-]."""
