@@ -1,7 +1,7 @@
 """Sphinx configuration; also writes the tables read from the code, and reports to look at."""
 
+import ast
 import inspect
-import re
 import types
 from collections.abc import Iterable
 from pathlib import Path
@@ -290,9 +290,9 @@ def _write_names() -> None:
     if sorted(listed) != sorted(stickslip.__all__):
         wrong = sorted({*listed} ^ {*stickslip.__all__}) or "some twice"
         raise ValueError(f"PUBLIC_NAMES and stickslip.__all__ differ: {wrong}")
-    stub = Path(stickslip.__file__).with_suffix(".pyi").read_text()
-    imports = re.findall(r"from \.(\w+) import \(\s+(\w+)", stub)
-    packages = {name: package for package, name in imports}
+    stub = ast.parse(Path(stickslip.__file__).with_suffix(".pyi").read_text())
+    imports = [each for each in stub.body if isinstance(each, ast.ImportFrom)]
+    packages = {name.name: each.module for each in imports for name in each.names}
     parts: list[str] = []
     for task, names in PUBLIC_NAMES.items():
         rows = [

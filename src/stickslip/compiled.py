@@ -33,8 +33,7 @@ R = TypeVar("R")
 _logger = logging.getLogger("stickslip")
 _settings: Any = config  # numba.config, whose attributes are set from the environment
 
-_KEPT = 30 * 86400.0
-"""Age from which the kernels of earlier sources are removed [s]."""
+_KEPT = 30 * 86400.0  # age from which the kernels of earlier sources are removed [s]
 
 
 class _CompilationNotice(event.Listener):

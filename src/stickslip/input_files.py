@@ -18,8 +18,7 @@ from stickslip.errors import InputError
 
 Record = TypeVar("Record")
 
-_LARGEST_DOCUMENT = 1e8
-"""Bytes of a saved result with all its arrays are fewer."""
+_LARGEST_DOCUMENT = 1e8  # bytes of a saved result with all its arrays are fewer
 
 _DOTTED = re.compile(rb"(?<![\w'\"-])(?:[\w'\"-]++[ \t]*+\.[ \t]*+){200}")
 """A key in a table in a table, and so on, deeper than any document."""

@@ -83,14 +83,7 @@ def compare(
         from stickslip import EstimationTask, write_report
         from stickslip.tasks import compare_log, compare_scenario
 
-        task = EstimationTask(
-            inertia=known.inertia,
-            load_inertia=known.load_inertia,
-            stiffness=known.stiffness,
-            per_direction=friction.per_direction,
-            offset=friction.offset,
-            largest_delay=largest_delay,
-        )
+        task = EstimationTask(**vars(known), **vars(friction), largest_delay=largest_delay)
         chosen = tuple(only or ())
         found: EstimatorComparison | EstimatorStudy
         if scenario:
@@ -105,7 +98,7 @@ def compare(
                 only=chosen,
                 progress=progress,
             )
-        files.write(found.to_dict, partial(write_report, found))
+        files.write_all(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_comparison
 
     files.print(found.to_dict, partial(print_comparison, found=found))

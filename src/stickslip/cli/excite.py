@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from stickslip.cli.arguments import whole_number
-from stickslip.cli.outputs import check_outputs, json_file, print_result
+from stickslip.cli.outputs import JsonFile
 from stickslip.cli.terminal import working
 
 EXAMPLES = """Examples:
@@ -92,13 +92,7 @@ def excite(
         ),
     ] = 1,
     out: Annotated[Path, _output(help="CSV file for the drive: time and effort.")],
-    json: Annotated[
-        str | None,
-        _output(
-            allow_leading_hyphen=True,
-            help="Write effort and intervals as JSON to this file; - is standard output.",
-        ),
-    ] = None,
+    files: JsonFile | None = None,
 ) -> int:
     """Design an effort that determines the parameters of an axis as well as its limits allow.
 
@@ -107,10 +101,10 @@ def excite(
     rest. Prints the smallest intervals to expect. The axis must be free to move by the travel limit
     in both directions, and a little more, as its parameters are not exact.
     """
-    files = {"json": json_file(json), "out": out}
-    check_outputs(files, inputs=[] if estimate is None else [estimate])
+    files = files or JsonFile()
+    files.check(inputs=[] if estimate is None else [estimate], out=out)
     with working("designing the effort"):
-        from stickslip.tasks import excite, write_effort, write_json
+        from stickslip.tasks import excite, write_effort
 
         given = {
             "inertia": inertia,
@@ -136,12 +130,8 @@ def excite(
             seed=seed,
         )
         write_effort(designed.effort, designed.sampling_time, out, kind=designed.kind)
-        if (path := json_file(json)) is not None:
-            write_json(designed.to_dict(), path)
+        files.write(designed.to_dict)
     from stickslip.presentation.terminal import print_excitation
 
-    written = {"Effort": out, "JSON": json_file(json)}
-    print_result(
-        designed.to_dict, partial(print_excitation, designed=designed), json=json, files=written
-    )
+    files.print(designed.to_dict, partial(print_excitation, designed=designed), effort=out)
     return 1 if designed.undetermined else 0

@@ -157,11 +157,8 @@ def identify(
         from stickslip import EstimationTask
 
         task = EstimationTask(
-            inertia=known.inertia,
-            load_inertia=known.load_inertia,
-            stiffness=known.stiffness,
-            per_direction=friction.per_direction,
-            offset=friction.offset,
+            **vars(known),
+            **vars(friction),
             stribeck=stribeck,
             cutoff=cutoff,
             forgetting_factor=forgetting_factor,
@@ -199,7 +196,7 @@ def identify(
         if validate is not None:
             other = _other(validate, reading, robot)
             found = validated(found, other, validate.name, known.inertia)
-        files.write(found.to_dict, partial(write_report, found))
+        files.write_all(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_identification
 
     files.print(found.to_dict, partial(print_identification, identification=found))
@@ -227,7 +224,7 @@ def _all_axes(
         if validate is not None:
             others = _axes(validate, reading, robot)
             found = axes_validated(found, others, validate.name, task.inertia)
-        files.write(found.to_dict, partial(write_report, found))
+        files.write_all(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_axes
 
     files.print(found.to_dict, partial(print_axes, found=found))

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import LogReading, RobotJoints
-from stickslip.cli.outputs import check_outputs, json_file, print_result
+from stickslip.cli.outputs import JsonFile, output
 from stickslip.cli.terminal import working
 
 EXAMPLES = """Examples:
@@ -34,15 +34,9 @@ def inspect(
         ),
     ] = False,
     schema_out: Annotated[
-        Path | None, Parameter(help="Write the schema by which the log would be read (TOML).")
+        Path | None, output(help="Write the schema by which the log would be read (TOML).")
     ] = None,
-    json: Annotated[
-        str | None,
-        Parameter(
-            allow_leading_hyphen=True,
-            help="Write the result as JSON to this file; - is standard output.",
-        ),
-    ] = None,
+    files: JsonFile | None = None,
 ) -> int:
     """Show what a log holds and how it would be read.
 
@@ -51,14 +45,12 @@ def inspect(
     Exit code 1: an axis cannot be read or, with --check, a parameter cannot be identified to 5 %.
     """
     reading, robot = reading or LogReading(), robot or RobotJoints()
-    check_outputs(
-        {"--json": json_file(json), "--schema-out": schema_out},
-        inputs=[*reading.inputs(log), *robot.inputs],
-    )
+    files = files or JsonFile()
+    files.check(inputs=[*reading.inputs(log), *robot.inputs], schema_out=schema_out)
     reading.units()  # refused before anything is loaded
     with working(f"inspecting {log.name}"):
         from stickslip import LogSchema, read_schema
-        from stickslip.tasks import inspect, write_json, write_schema
+        from stickslip.tasks import inspect, write_schema
 
         schema = LogSchema() if reading.schema is None else read_schema(reading.schema)
         columns = reading.columns()
@@ -73,10 +65,8 @@ def inspect(
         )
         if schema_out is not None:
             write_schema(log, schema_out, schema.overridden(None, columns))
-        if (path := json_file(json)) is not None:
-            write_json(found.to_dict(), path)
+        files.write(found.to_dict)
     from stickslip.presentation.terminal import print_inspection
 
-    files = {"JSON": json_file(json), "Schema": schema_out}
-    print_result(found.to_dict, partial(print_inspection, found=found), json=json, files=files)
+    files.print(found.to_dict, partial(print_inspection, found=found), schema_out=schema_out)
     return 0 if found.trusted else 1

@@ -15,12 +15,8 @@ from stickslip.cli.terminal import console_on, reader_may_leave
 if TYPE_CHECKING:
     from rich.console import Console
 
-_output = partial(Parameter, group=Group("Output", sort_key=4))
-
-
-def json_file(json: str | None) -> Path | None:
-    """Return the file that ``--json`` names; - is standard output, and no file."""
-    return None if json in {None, "-"} else Path(str(json))
+output = partial(Parameter, group=Group("Output", sort_key=4))
+_TITLES = {"json": "JSON", "schema_out": "Schema"}
 
 
 def check_apart(files: Mapping[str, Path | None]) -> None:
@@ -30,19 +26,6 @@ def check_apart(files: Mapping[str, Path | None]) -> None:
     for (option, path), (other, same) in combinations(files.items(), 2):
         if path is not None and same is not None and path.resolve() == same.resolve():
             raise InputError("same_output", where=str(same), names=(option, other))
-
-
-def check_outputs(files: Mapping[str, Path | None], *, inputs: Sequence[Path]) -> None:
-    """Check that files, by the option that names each, can be written and are no inputs.
-
-    This comes before anything is computed.
-    """
-    from stickslip.outputs import check_output
-
-    check_apart(files)
-    for option, path in files.items():
-        if path is not None:
-            check_output(path, inputs=list(inputs), what=option)
 
 
 def print_result(
@@ -73,38 +56,70 @@ def print_result(
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class ResultFiles:
-    """Files of a result."""
+class JsonFile:
+    """JSON form of a result."""
 
     json: Annotated[
         str | None,
-        _output(
+        output(
             allow_leading_hyphen=True,
             help="Write the result as JSON to this file; - is standard output.",
         ),
     ] = None
-    report: Annotated[
-        Path | None, _output(help="Write the report, one HTML page that works offline.")
-    ] = None
 
-    def check(self, *, inputs: Sequence[Path]) -> None:
-        """Check that the files can be written."""
-        check_outputs({"json": json_file(self.json), "report": self.report}, inputs=inputs)
+    def named(self) -> dict[str, Path | None]:
+        """Return the files by the options that name them; - is standard output, and no file."""
+        return {"json": None if self.json in {None, "-"} else Path(str(self.json))}
 
-    def write(
-        self, document: Callable[[], Mapping[str, Any]], page: Callable[[Path], object]
-    ) -> None:
-        """Write the files that were asked for; ``page`` writes the report."""
+    def check(self, *, inputs: Sequence[Path], **others: Path | None) -> None:
+        """Check that these files and others, by their options, can be written and are no inputs.
+
+        This comes before anything is computed.
+        """
+        from stickslip.outputs import check_output
+
+        files = self.named() | others
+        check_apart(files)
+        for option, path in files.items():
+            if path is not None:
+                check_output(path, inputs=list(inputs), what=option)
+
+    def write(self, document: Callable[[], Mapping[str, Any]]) -> None:
+        """Write the JSON file if it was asked for."""
         from stickslip.tasks import write_json
 
-        if self.report is not None:
-            page(self.report)
-        if (path := json_file(self.json)) is not None:
+        if (path := self.named()["json"]) is not None:
             write_json(document(), path)
 
     def print(
-        self, document: Callable[[], Mapping[str, Any]], text: "Callable[[Console], None]"
+        self,
+        document: Callable[[], Mapping[str, Any]],
+        text: "Callable[[Console], None]",
+        **others: Path | None,
     ) -> None:
-        """Print the result, as `print_result` does, and the files."""
-        files = {"JSON": json_file(self.json), "Report": self.report}
-        print_result(document, text, json=self.json, files=files)
+        """Print the result as `print_result` does, with these files and others by their options."""
+        files = self.named() | others
+        titles = {_TITLES.get(option, option.capitalize()): path for option, path in files.items()}
+        print_result(document, text, json=self.json, files=titles)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ResultFiles(JsonFile):
+    """Files of a result."""
+
+    report: Annotated[
+        Path | None, output(help="Write the report, one HTML page that works offline.")
+    ] = None
+
+    def named(self) -> dict[str, Path | None]:
+        """Return the files by the options that name them."""
+        return {**super().named(), "report": self.report}
+
+    def write_all(
+        self, document: Callable[[], Mapping[str, Any]], page: Callable[[Path], object]
+    ) -> None:
+        """Write the files that were asked for; ``page`` writes the report."""
+        if self.report is not None:
+            page(self.report)
+        self.write(document)

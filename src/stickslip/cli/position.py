@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.outputs import check_apart, json_file, print_result
+from stickslip.cli.outputs import ResultFiles, check_apart, output
 from stickslip.cli.terminal import progress_bar
 
 EXAMPLES = """Examples:
@@ -21,19 +21,10 @@ def position(
     ],
     /,
     *,
-    json: Annotated[
-        str | None,
-        Parameter(
-            allow_leading_hyphen=True,
-            help="Write everything as JSON to this file; - is standard output.",
-        ),
-    ] = None,
-    report: Annotated[
-        Path | None, Parameter(help="Write the report, one HTML page that works offline.")
-    ] = None,
+    files: ResultFiles | None = None,
     learned: Annotated[
         Path | None,
-        Parameter(
+        output(
             help="Save what the controller has learned, for learned = FILE in the [guess] of a "
             "scenario.",
         ),
@@ -49,18 +40,15 @@ def position(
     from stickslip.outputs import check_output
     from stickslip.tasks import read_scenario
 
-    files = {"json": json_file(json), "report": report, "learned": learned}
+    files = files or ResultFiles()
     read = read_scenario(scenario)
     if learned is not None and not read.learns:
         raise InputError("learns_nothing", where=str(scenario))
-    check_apart(files)
-    for option, path in files.items():
-        if path is None:
-            continue
-        # The learned values may replace those that the run resumes from
-        resumes = option == "learned"
-        inputs = [each for each in read.inputs if not (resumes and each == read.learned)]
-        check_output(path, inputs=[scenario, *inputs], what=option)
+    check_apart({**files.named(), "learned": learned})
+    files.check(inputs=[scenario, *read.inputs])
+    if learned is not None:  # may replace the values that the run resumes from
+        inputs = [each for each in read.inputs if each != read.learned]
+        check_output(learned, inputs=[scenario, *inputs], what="learned")
     with progress_bar(f"positioning, {scenario.name}") as progress:
         from stickslip import write_report
         from stickslip.tasks import position, write_json
@@ -69,14 +57,8 @@ def position(
         saved = None if result.learned is None else learned
         if saved is not None and result.learned is not None:
             write_json(result.learned.to_dict(), saved)
-        if (path := json_file(json)) is not None:
-            write_json(result.to_dict(), path)
-        if report is not None:
-            write_report(result, report)
+        files.write_all(result.to_dict, partial(write_report, result))
     from stickslip.presentation.terminal import print_positioning
 
-    written = {"JSON": json_file(json), "Report": report, "Learned": saved}
-    print_result(
-        result.to_dict, partial(print_positioning, result=result), json=json, files=written
-    )
+    files.print(result.to_dict, partial(print_positioning, result=result), learned=saved)
     return 0 if result.ending.reached else 1

@@ -24,23 +24,14 @@ LOADED = (
 
 @dataclass(frozen=True, kw_only=True)
 class Phase:
-    """A phase of a landing.
+    """A phase of a landing."""
 
-    Attributes
-    ----------
-    name
-        ``"feedback"``: moved near the target; ``"resting"``: no effort, until mass 1 rests and the
-        swing of mass 2 is known; ``"series"``: pulses planned together; ``"pulses"``: one after the
-        other, of a single mass; ``"done"``; ``"stopped"``.
-    start
-        When it began [s].
-    reason
-        The condition under which it was entered.
-    """
-
+    #: ``"feedback"`` (moved near the target), ``"resting"`` (no effort, until mass 1 rests and the
+    #: swing of mass 2 is known), ``"series"`` (pulses planned together), ``"pulses"`` (one after
+    #: the other, of a single mass), ``"done"`` or ``"stopped"``.
     name: LandingPhaseName
-    start: float = quantity_field("time")
-    reason: str
+    start: float = quantity_field("time")  #: When it began [s].
+    reason: str  #: The condition under which it was entered.
 
 
 class PositionController(Generic[S]):

@@ -22,14 +22,6 @@ if TYPE_CHECKING:
     from stickslip.estimation.fit.fitted import Fit
     from stickslip.estimation.online.faults.health import OnlineHealth
 
-__all__ = [
-    "DetailedEstimator",
-    "EstimationTask",
-    "Estimator",
-    "OnlineEstimator",
-    "OnlineIntervalEstimator",
-]
-
 State = Float[np.ndarray, " s"]
 
 LARGEST_DELAY = 100
@@ -104,59 +96,37 @@ class OnlineIntervalEstimator(OnlineEstimator, Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class EstimationTask:
-    """Known parameters of an axis, the friction terms to estimate, and settings of the fit.
+    """Known parameters of an axis, the friction terms to estimate, and settings of the fit."""
 
-    Attributes
-    ----------
-    inertia
-        Moving mass or inertia, of the first body of a flexible arm [kg or kg m^2]; None estimates
-        it.
-    inertia_guess
-        First guess of an unknown inertia [kg or kg m^2]; None for none.
-    load_inertia, stiffness
-        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
-    per_direction
-        Whether Coulomb and viscous friction are estimated for each direction separately.
-    offset
-        Whether a constant offset is estimated; None estimates it unless ``per_direction``.
-    stribeck
-        Whether static friction and Stribeck velocity are estimated too.
-    cutoff
-        Cutoff frequency of the low-pass for noisy signals [Hz]; None for the default one.
-    largest_delay
-        Effort delays of 0 to this many samples are compared.
-    forgetting_factor
-        Forgetting factor of the published recursion, in (0, 1] [-]; None for 1.
-    initial_variance
-        Diagonal of P(0) of the published recursion [squared unit of the parameters over that of the
-        energy]; None for 1e3.
-    include, exclude
-        Terms that a selected model has in any case, and terms that it never has
-        (`stickslip.estimation.SelectedModelEstimator`).
-    select
-        Whether further terms are selected.
-    effort_delay
-        Known time by which the effort acts later than it is logged [s]; None for unknown.
-    effort_kind
-        What a logged effort is: ``"held"``, ``"sampled"`` or ``"mean"``
-        (`stickslip.estimation.SelectedModelEstimator`); None for unknown.
-    """
-
+    #: Mass or inertia, of the first body of a flexible arm [kg or kg m^2]; None estimates it.
     inertia: float | None = None
+    #: First guess of an unknown inertia [kg or kg m^2]; None for none.
     inertia_guess: float | None = None
+    #: Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
     load_inertia: float | None = None
+    #: Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
     stiffness: float | None = None
+    #: Whether Coulomb and viscous friction are estimated for each direction separately.
     per_direction: bool = False
+    #: Whether a constant offset is estimated; None estimates it unless ``per_direction``.
     offset: bool | None = None
-    stribeck: bool = False
+    stribeck: bool = False  #: Whether static friction and Stribeck velocity are estimated too.
+    #: Cutoff frequency of the low-pass for noisy signals [Hz]; None for the default one.
     cutoff: float | None = None
-    largest_delay: int = 0
+    largest_delay: int = 0  #: Effort delays of 0 to this many samples are compared.
+    #: Forgetting factor of the published recursion, in (0, 1] [-]; None for 1.
     forgetting_factor: float | None = None
+    #: Diagonal of P(0) of the published recursion [squared unit of the parameters over that of the
+    #: energy]; None for 1e3.
     initial_variance: float | None = None
+    #: Terms that a `stickslip.estimation.SelectedModelEstimator` has in any case.
     include: tuple[str, ...] = ()
-    exclude: tuple[str, ...] = ()
-    select: bool = True
+    exclude: tuple[str, ...] = ()  #: Terms that it never has.
+    select: bool = True  #: Whether further terms are selected.
+    #: Known time by which the effort acts later than it is logged [s]; None for unknown.
     effort_delay: float | None = None
+    #: What a logged effort is, ``"held"``, ``"sampled"`` or ``"mean"``
+    #: (`stickslip.estimation.SelectedModelEstimator`); None for unknown.
     effort_kind: EffortKind | None = None
 
     @property

@@ -47,15 +47,12 @@ from stickslip.records import (
     Identification,
 )
 
-__all__ = ["examine"]
-
 Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
 """As `EnergyEstimator.levels` returns them."""
 
 _EDGE_PERIODS = 2.0  # of the cutoff: the filter knows nothing beyond the ends
 _EVOLUTION_POINTS = 200
-_LEAST_CUTOFF = 0.02
-"""Lowest cutoff of the data cloud, as a fraction of the sampling rate."""
+_LEAST_CUTOFF = 0.02  # lowest cutoff of the data cloud, as a fraction of the sampling rate
 _CLOUD_NOISE = 0.25
 """Noise of the inertia force allowed in the data cloud, as a fraction of the friction."""
 

@@ -9,16 +9,6 @@ from jaxtyping import Float
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.records import EnergyBalance, FrictionCurve, FrictionEstimate, Residuals
 
-__all__ = [
-    "LARGEST_PLOT",
-    "EnergyStretch",
-    "ForceRows",
-    "VelocityLaw",
-    "effort_residuals",
-    "energy_balance",
-    "friction_curve",
-]
-
 LARGEST_PLOT = 4000
 """Points beyond which a curve only gets heavier, not clearer."""
 
@@ -29,25 +19,15 @@ _NORMAL_95 = 1.959963984540054
 
 @dataclass(frozen=True, kw_only=True)
 class ForceRows:
-    """The force balance of an axis in motion, in the band of a low-pass or of windows.
+    """The force balance of an axis in motion, in the band of a low-pass or of windows."""
 
-    Attributes
-    ----------
-    time, velocity
-        Shape (n,) [s, m/s or rad/s].
-    friction
-        Effort less all other force but friction, shape (n,) [N or N m].
-    residual
-        Effort less all that the estimate explains, shape (n,) [N or N m].
-    effort
-        Shape (n,) [N or N m].
-    """
-
-    time: Float[np.ndarray, " n"]
-    velocity: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  #: Shape (n,) [s].
+    velocity: Float[np.ndarray, " n"]  #: Shape (n,) [m/s or rad/s].
+    #: Effort less all other force but friction, shape (n,) [N or N m].
     friction: Float[np.ndarray, " n"]
+    #: Effort less all that the estimate explains, shape (n,) [N or N m].
     residual: Float[np.ndarray, " n"]
-    effort: Float[np.ndarray, " n"]
+    effort: Float[np.ndarray, " n"]  #: Shape (n,) [N or N m].
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,22 +43,14 @@ class VelocityLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class EnergyStretch:
-    """Energies of one stretch without gaps.
+    """Energies of one stretch without gaps."""
 
-    Attributes
-    ----------
-    time, kinetic, potential
-        Shape (n,) [s, J].
-    dissipated
-        Work less kinetic and potential energy, up to a constant, shape (n,) [J].
-    explained
-        Energy dissipated by the identified terms since the start, shape (n,) [J].
-    """
-
-    time: Float[np.ndarray, " n"]
-    kinetic: Float[np.ndarray, " n"]
-    potential: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  #: Shape (n,) [s].
+    kinetic: Float[np.ndarray, " n"]  #: Shape (n,) [J].
+    potential: Float[np.ndarray, " n"]  #: Shape (n,) [J].
+    #: Work less kinetic and potential energy, up to a constant, shape (n,) [J].
     dissipated: Float[np.ndarray, " n"]
+    #: Energy dissipated by the identified terms since the start, shape (n,) [J].
     explained: Float[np.ndarray, " n"]
 
 

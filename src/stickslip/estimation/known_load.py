@@ -15,8 +15,6 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["KnownLoad"]
-
 _GRAVITY = 9.80665  # m/s^2, standard
 _SINE, _COSINE = "gravity_sine", "gravity_cosine"
 LARGEST_UNCERTAINTY = 0.1

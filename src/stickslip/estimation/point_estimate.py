@@ -24,8 +24,6 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["NORMAL_95", "NO_INTERVAL", "estimate_of"]
-
 NO_INTERVAL = "the method gives no interval"
 
 NORMAL_95 = 1.959963984540054

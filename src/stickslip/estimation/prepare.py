@@ -19,29 +19,18 @@ from stickslip.estimation.signals.resampling import SMALLEST_JITTER, resampled
 from stickslip.estimation.signals.sensor_noise import encoder_step, position_noise
 from stickslip.records import AxisLog, EffortKind, count_of
 
-__all__ = [
-    "PreparationTuning",
-    "PreparedLog",
-    "PreparedPart",
-    "RepairedLog",
-    "prepare",
-    "repaired",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PreparationTuning:
     """Tuning of what counts as a defect of a log."""
 
-    shortest_part: int = 20
-    """Samples of a stretch without gaps that can hold a window."""
+    shortest_part: int = 20  #: Samples of a stretch without gaps that can hold a window.
     wrap_share: float = 0.8
     """Size of a step over the range of the position [-] from which it may be a wrapped angle."""
     glitch_deviations: float = 8.0
     """Deviation from the neighbours, beyond twice their own changes, in standard deviations of the
     second difference [-]: white noise is at most 25 standard deviations off then."""
-    longest_glitch: int = 3
-    """Samples of a glitch, however slow the sampling."""
+    longest_glitch: int = 3  #: Samples of a glitch, however slow the sampling.
     longest_dropout: float = 0.01
     """Duration of a glitch [s], however fast the sampling: a few cycles of a bus."""
     jump_ratio: float = 5.0
@@ -62,8 +51,7 @@ class PreparationTuning:
     """Noise of fused over that of measured positions, squared, below which a velocity is used."""
     velocity_scale: float = 0.003
     """Relative error of a velocity's scale beyond which it is not used [-]."""
-    velocity_delay: float = 0.3
-    """Delay of a velocity beyond which it is not used [samples]."""
+    velocity_delay: float = 0.3  #: Delay of a velocity beyond which it is not used [samples].
     most_clipped: float = 0.4
     """Share of the samples [-] at an extreme beyond which the input is switched, not clipped."""
     lost_records: LostRecordTuning = field(default_factory=LostRecordTuning)
@@ -72,62 +60,36 @@ class PreparationTuning:
 
 @dataclass(frozen=True, kw_only=True)
 class PreparedPart:
-    """One stretch without gaps, evenly sampled.
+    """One stretch without gaps, evenly sampled."""
 
-    Attributes
-    ----------
-    time, effort, position
-        [s, N or N m, m or rad], shape (n,).
-    model_effort
-        At each time stamp [N or N m], shape (n,); zero without a model.
-    usable
-        Whether a sample was recorded as it was, shape (n,): clipped and repaired ones are not.
-    """
-
-    time: Float[np.ndarray, " n"]
-    effort: Float[np.ndarray, " n"]
-    position: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  #: Shape (n,) [s].
+    effort: Float[np.ndarray, " n"]  #: Shape (n,) [N or N m].
+    position: Float[np.ndarray, " n"]  #: Shape (n,) [m or rad].
+    #: At each time stamp [N or N m], shape (n,); zero without a model.
     model_effort: Float[np.ndarray, " n"]
+    #: Whether a sample was recorded as it was, shape (n,); clipped and repaired ones are not.
     usable: Bool[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class PreparedLog:
-    """A log with its defects found, repaired where possible, and counted.
+    """A log with its defects found, repaired where possible, and counted."""
 
-    Attributes
-    ----------
-    log
-        Repaired, with its own time stamps.
-    parts
-        Its stretches without gaps, evenly sampled.
-    sampling_time
-        [s].
-    effort_kind
-        What the effort of the log was taken for. That of the parts acts from `effort_lead` before
-        its time stamp on, for one sample.
-    position_noise
-        Standard deviation of the noise of a position, rounding included [m or rad].
-    noise_correlation
-        Of that noise from one sample to the next [-]; 0 unless positions are fused with velocities.
-    wrap_period
-        Period by which the position was found to wrap [m or rad]; 0 if it does not.
-    repaired, clipped
-        Numbers of samples repaired, and of samples with a clipped effort [-].
-    notes
-        What was done, one sentence each.
-    """
-
-    log: AxisLog
-    parts: tuple[PreparedPart, ...]
-    sampling_time: float
+    log: AxisLog  #: Repaired, with its own time stamps.
+    parts: tuple[PreparedPart, ...]  #: Its stretches without gaps, evenly sampled.
+    sampling_time: float  #: [s].
+    #: What the effort of the log was taken for. That of the parts acts from `effort_lead` before
+    #: its time stamp on, for one sample.
     effort_kind: EffortKind
+    #: Standard deviation of the noise of a position, rounding included [m or rad].
     position_noise: float
+    #: Of that noise from one sample to the next [-]; 0 unless positions are fused with velocities.
     noise_correlation: float
+    #: Period by which the position was found to wrap [m or rad]; 0 if it does not.
     wrap_period: float
-    repaired: int
-    clipped: int
-    notes: tuple[str, ...]
+    repaired: int  #: Number of samples repaired [-].
+    clipped: int  #: Number of samples with a clipped effort [-].
+    notes: tuple[str, ...]  #: What was done, one sentence each.
 
     @property
     def effort_lead(self) -> float:
@@ -336,8 +298,7 @@ def _shown(name: str) -> str:
     return name.removeprefix("measured_").replace("_", " ")
 
 
-_PERIODS = (2.0 * np.pi, 360.0, 1.0)
-"""Periods of an angle in rad, degrees and turns."""
+_PERIODS = (2.0 * np.pi, 360.0, 1.0)  # periods of an angle in rad, degrees and turns
 
 
 def _without_jumps(

@@ -34,12 +34,9 @@ class CheckTuning:
     """Interval of the default estimator over the bound, the median over 30 simulated axes [-]. With
     it 6 of 82 predictions that a parameter is identified to 5 % were wrong, and 2 of 8 that it is
     not; with 1.6 these are 7 of 83 and 2 of 7, with 3 they are 4 of 78 and 4 of 12."""
-    fewest_breakaways: int = 6
-    """Fewest starts from rest for a prediction of static friction [-]."""
-    longer: float = 6.0
-    """Largest factor of the duration with which a longer log is advised [-]."""
-    most_lags: int = 200
-    """Lags of the residual for its correlation time [rows]."""
+    fewest_breakaways: int = 6  #: Fewest starts from rest for a prediction of static friction [-].
+    longer: float = 6.0  #: Largest factor of the duration with which a longer log is advised [-].
+    most_lags: int = 200  #: Lags of the residual for its correlation time [rows].
     smallest_ratio: float = 1e-9
     """Smallest over largest singular value of the regressors [-]: below it nothing is predicted."""
 

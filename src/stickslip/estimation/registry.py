@@ -12,47 +12,23 @@ from typing import Any
 from stickslip.estimation.base import EstimationTask, Estimator
 from stickslip.records import AxisKind, InputError, ReadOnlyMapping, mass_name
 
-__all__ = ["ESTIMATORS", "EstimatorEntry", "entry_of"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorEntry:
-    """An estimator of the registry: what it is, what it needs, and how it is made.
+    """An estimator of the registry: what it is, what it needs, and how it is made."""
 
-    Attributes
-    ----------
-    name
-        Name in Python, on the command line and in results.
-    summary
-        One line on the method.
-    build
-        Factory, without checks.
-    settings
-        Names of the optional settings of `EstimationTask` that it uses.
-    needs_inertia
-        Whether the mass or inertia must be known.
-    rigid_only
-        Whether it applies to rigid axes only.
-    symmetric_only
-        Whether friction is equal in both directions.
-    gives_intervals
-        Whether its estimates have confidence intervals.
-    online
-        Whether it obeys `OnlineEstimator`.
-    with_stribeck
-        Name of the estimator that adds static friction and Stribeck velocity; empty if there is
-        none.
-    """
-
-    name: str
-    summary: str
-    build: Callable[[EstimationTask], Estimator]
+    name: str  #: Name in Python, on the command line and in results.
+    summary: str  #: One line on the method.
+    build: Callable[[EstimationTask], Estimator]  #: Factory, without checks.
+    #: Names of the optional settings of `EstimationTask` that it uses.
     settings: frozenset[str] = frozenset()
-    needs_inertia: bool = False
-    rigid_only: bool = False
-    symmetric_only: bool = False
-    gives_intervals: bool = True
-    online: bool = False
+    needs_inertia: bool = False  #: Whether the mass or inertia must be known.
+    rigid_only: bool = False  #: Whether it applies to rigid axes only.
+    symmetric_only: bool = False  #: Whether friction is equal in both directions.
+    gives_intervals: bool = True  #: Whether its estimates have confidence intervals.
+    online: bool = False  #: Whether it obeys `OnlineEstimator`.
+    #: Name of the estimator that adds static friction and Stribeck velocity; empty if there is
+    #: none.
     with_stribeck: str = ""
 
     def make(self, task: EstimationTask, kind: AxisKind, inertia: float | None = None) -> Estimator:
@@ -193,7 +169,7 @@ def _maximum_likelihood(task: EstimationTask) -> Estimator:
         if task.inertia_guess is None:
             raise InputError("likelihood_needs_mass")
         guess = {"mass": task.inertia_guess, "inertia": task.inertia_guess}
-    return _made("likelihood", "MaximumLikelihoodEstimator", task, initial_values=guess)
+    return _made("likelihood.estimator", "MaximumLikelihoodEstimator", task, initial_values=guess)
 
 
 def _observer(module: str, name: str, task: EstimationTask, **settings: bool) -> Estimator:
@@ -237,7 +213,9 @@ _ENTRIES = (
     EstimatorEntry(
         name="maximum-likelihood-process-noise",
         summary="greatest likelihood under noise of the effort, of the sensors and of forces",
-        build=partial(_made, "likelihood.process_noise", "ProcessNoiseLikelihoodEstimator"),
+        build=partial(
+            _made, "likelihood.process_noise.estimator", "ProcessNoiseLikelihoodEstimator"
+        ),
         settings=frozenset({"offset", "largest_delay"}),
         rigid_only=True,
     ),

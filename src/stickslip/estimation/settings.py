@@ -9,15 +9,6 @@ import numpy as np
 from stickslip.estimation.online.recursion import Variance
 from stickslip.records import InputError, ReadOnlyMapping, positive
 
-__all__ = [
-    "check_arm",
-    "check_forgetting_factor",
-    "check_given",
-    "checked_variance",
-    "first_guesses",
-    "options_of",
-]
-
 
 def first_guesses(
     values: Mapping[str, float] | None, known: Collection[str]

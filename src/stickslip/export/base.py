@@ -1,10 +1,11 @@
-"""What every export obeys: the protocol, the settings, and what is written."""
+"""The base of the exports: their settings, and what is written."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Literal, Protocol, runtime_checkable
+from typing import Literal
 
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.transmission import Side
@@ -18,136 +19,70 @@ DEFAULT_AXIS = "axis"
 
 @dataclass(frozen=True, kw_only=True)
 class ExportSettings:
-    """Settings of an export; those a target does not use must be None.
+    """Settings of an export; those a target does not use must be None."""
 
-    Attributes
-    ----------
-    overwrite
-        Whether values that the edited file already has are replaced.
-    points
-        Number of points of a table of effort over speed [-].
-    top_speed
-        Largest speed that a table covers [rad/s or m/s], on the side of the target.
-    link_inertia
-        Part of the identified inertia that the model has already [kg m^2 or kg], on the side of the
-        target; the rest is written as armature. None: no armature is written.
-    rated_current, torque_constant
-        Of the motor [A] and [N m/A or N/A].
-    precision
-        Arithmetic of generated code: ``"single"`` or ``"double"``.
-    fmi_version
-        ``"2.0"`` or ``"3.0"``.
-    binaries
-        Of a functional mock-up unit: for ``"all"`` platforms, the ``"host"``'s, or ``"none"``.
-    load_inertia
-        Part of the identified inertia that moves behind a spring [kg m^2 or kg].
-    stiffness
-        Of that spring [N m/rad or N/m].
-    sampling_time
-        Of a sampled model or generated code [s].
-    """
-
-    overwrite: bool = False
-    points: int | None = None
+    overwrite: bool = False  #: Whether values that the edited file already has are replaced.
+    points: int | None = None  #: Number of points of a table of effort over speed [-].
+    #: Largest speed that a table covers [rad/s or m/s], on the side of the target.
     top_speed: float | None = None
+    #: Part of the identified inertia that the model has already [kg m^2 or kg], on the side of the
+    #: target; the rest is written as armature. None: no armature is written.
     link_inertia: float | None = None
-    rated_current: float | None = None
-    torque_constant: float | None = None
+    rated_current: float | None = None  #: Of the motor [A].
+    torque_constant: float | None = None  #: Of the motor [N m/A or N/A].
+    #: Arithmetic of generated code, ``"single"`` or ``"double"``.
     precision: Literal["single", "double"] | None = None
-    fmi_version: Literal["2.0", "3.0"] | None = None
+    fmi_version: Literal["2.0", "3.0"] | None = None  #: ``"2.0"`` or ``"3.0"``.
+    #: Of a functional mock-up unit, for ``"all"`` platforms, the ``"host"``'s, or ``"none"``.
     binaries: Literal["all", "host", "none"] | None = None
+    #: Part of the identified inertia that moves behind a spring [kg m^2 or kg].
     load_inertia: float | None = None
-    stiffness: float | None = None
-    sampling_time: float | None = None
+    stiffness: float | None = None  #: Of that spring [N m/rad or N/m].
+    sampling_time: float | None = None  #: Of a sampled model or generated code [s].
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rendered:
-    """What an export writes.
+    """What an export writes."""
 
-    Attributes
-    ----------
-    files
-        Content by relative path with ``/``; text is written as UTF-8. An exporter of one file uses
-        the empty path.
-    notes
-        What the target does not represent, and anything else a user should know, one sentence
-        each; they also stand in the file where its format has comments.
-    """
-
+    #: Content by relative path with ``/``; text is written as UTF-8. An exporter of one file uses
+    #: the empty path.
     files: Mapping[str, str | bytes]
+    #: What the target does not represent, and anything else a user should know, one sentence each;
+    #: they also stand in the file where its format has comments.
     notes: tuple[str, ...] = field(default=())
 
 
 @dataclass(frozen=True, kw_only=True)
 class FileToEdit:
-    """A file that an export is written into.
+    """A file that an export is written into."""
 
-    Attributes
-    ----------
-    content
-        Its bytes.
-    path
-        Where it stands; None in memory.
-    out
-        Where the edited file will stand; None if it is not written.
-    """
-
-    content: bytes
-    path: Path | None = None
-    out: Path | None = None
+    content: bytes  #: Its bytes.
+    path: Path | None = None  #: Where it stands; None in memory.
+    out: Path | None = None  #: Where the edited file will stand; None if it is not written.
 
 
-@runtime_checkable
-class Exporter(Protocol):
-    """A target of exports.
+@dataclass(frozen=True, kw_only=True)
+class Exporter(ABC):
+    """A target of exports."""
 
-    Attributes
-    ----------
-    name
-        As on the command line, such as ``"urdf"``.
-    title
-        Name of the target in words.
-    group
-        Section of the overview.
-    side
-        The side whose values the target holds; None for whichever side the parameters are of.
-    represents
-        Quantities that the target holds, of `stickslip.records.QUANTITIES`.
-    cannot
-        For other quantities that friction may have, what the target does instead, as the end of
-        a sentence such as ``"static friction ..."``.
-    ending
-        Of the file, such as ``".urdf"``; empty for a folder.
-    edits
-        Whether it edits an existing file: ``"never"`` or ``"always"``.
-    several
-        Whether one file can hold several axes.
-    options
-        Fields of `ExportSettings` that it uses, beside ``overwrite``.
-    """
+    name: str  #: As on the command line, such as ``"urdf"``.
+    title: str  #: Name of the target in words.
+    group: Group = "simulator"  #: Section of the overview.
+    #: The side whose values the target holds; None for whichever side the parameters are of.
+    side: Side | None = "joint"
+    #: Quantities that the target holds, of `stickslip.records.QUANTITIES`.
+    represents: tuple[str, ...]
+    #: For other quantities that friction may have, what the target does instead, as the end of a
+    #: sentence such as ``"static friction ..."``.
+    cannot: Mapping[str, str] = field(default_factory=dict)
+    ending: str  #: Of the file, such as ``".urdf"``; empty for a folder.
+    #: Whether it edits an existing file, ``"never"`` or ``"always"``.
+    edits: Literal["never", "always"] = "never"
+    several: bool = True  #: Whether one file can hold several axes.
+    options: tuple[str, ...] = ()  #: Fields of `ExportSettings` that it uses, beside ``overwrite``.
 
-    @property
-    def name(self) -> str: ...  # noqa: D102 - see the class
-    @property
-    def title(self) -> str: ...  # noqa: D102
-    @property
-    def group(self) -> Group: ...  # noqa: D102
-    @property
-    def side(self) -> Side | None: ...  # noqa: D102
-    @property
-    def represents(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def cannot(self) -> Mapping[str, str]: ...  # noqa: D102
-    @property
-    def ending(self) -> str: ...  # noqa: D102
-    @property
-    def edits(self) -> Literal["never", "always"]: ...  # noqa: D102
-    @property
-    def several(self) -> bool: ...  # noqa: D102
-    @property
-    def options(self) -> tuple[str, ...]: ...  # noqa: D102
-
+    @abstractmethod
     def render(
         self,
         axes: Mapping[str, ExportParameters],
@@ -170,7 +105,6 @@ class Exporter(Protocol):
         InputError
             If the target cannot hold the parameters, or the file to edit is unsuitable.
         """
-        ...
 
 
 def quantities_used(exporter: Exporter) -> tuple[str, ...]:

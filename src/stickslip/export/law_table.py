@@ -18,25 +18,15 @@ MOST_POINTS = 100  # fewer than places
 
 @dataclass(frozen=True, kw_only=True)
 class LawTable:
-    """Efforts to hold constant speeds.
+    """Efforts to hold constant speeds."""
 
-    Attributes
-    ----------
-    speed
-        Ascending from 0 [rad/s or m/s], shape (n,).
-    forward, backward
-        Effort that holds the speed in either direction [N m or N], shape (n,): the friction with
-        the offset; ``backward`` is negative where friction dominates.
-    error
-        Largest deviation of linear interpolation from the law [N m or N].
-    flat_below
-        Speed below which the table leaves the Stribeck effect out [rad/s or m/s]; 0 without one.
-    """
-
-    speed: Float[np.ndarray, " n"]
+    speed: Float[np.ndarray, " n"]  #: Ascending from 0 [rad/s or m/s], shape (n,).
+    #: Effort that holds the speed forward [N m or N], shape (n,); the friction with the offset.
     forward: Float[np.ndarray, " n"]
+    #: The same backward; negative where friction dominates.
     backward: Float[np.ndarray, " n"]
-    error: float
+    error: float  #: Largest deviation of linear interpolation from the law [N m or N].
+    #: Speed below which the table leaves the Stribeck effect out [rad/s or m/s]; 0 without one.
     flat_below: float
 
     @property

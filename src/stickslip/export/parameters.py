@@ -26,28 +26,14 @@ _SIDES = ("_positive", "_negative")
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """The origin of exported values.
+    """The origin of exported values."""
 
-    Attributes
-    ----------
-    file
-        Name of the estimate's file; empty for one in memory.
-    logs
-        Names of the logs that it was identified from.
-    status
-        Of the estimate.
-    estimator, version
-        Name of the estimator, and the version of stickslip that wrote it.
-    sha256
-        Hash of the log; empty for one in memory.
-    """
-
-    file: str = ""
-    logs: tuple[str, ...] = ()
-    status: Status = Status.OK
-    estimator: str = ""
-    version: str = ""
-    sha256: str = ""
+    file: str = ""  #: Name of the estimate's file; empty for one in memory.
+    logs: tuple[str, ...] = ()  #: Names of the logs that it was identified from.
+    status: Status = Status.OK  #: Of the estimate.
+    estimator: str = ""  #: Name of the estimator.
+    version: str = ""  #: Version of stickslip that wrote the estimate.
+    sha256: str = ""  #: Hash of the log; empty for one in memory.
 
     @property
     def text(self) -> str:
@@ -62,49 +48,31 @@ class Source:
 
 @dataclass(frozen=True, kw_only=True)
 class ExportParameters:
-    """Parameters of one axis that an export may write.
+    """Parameters of one axis that an export may write."""
 
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``; its units are those of `stickslip.records.unit_of`.
-    values
-        Values that may be written, by parameter name [SI]: those identified, and with ``force``
-        also others that have a value.
-    withheld
-        Parameters that are not written, each with the reason.
-    forced
-        Parameters that are written although they were not identified, each with the reason.
-    given
-        Names of values that were not estimated but given to the estimator, such as a known mass.
-    std
-        Standard deviations by name [SI]; given values have none.
-    ci95
-        95 % intervals (low, high) by name [SI]; given values have none.
-    covariance
-        Of the parameters in ``uncertain`` [SI], shape (p, p); the log's, not that of given values.
-    uncertain
-        Names of the rows of ``covariance``, all of which are in ``values``.
-    side
-        Side that the values are of.
-    transmission
-        The side of the estimate and the ratio to the other.
-    source
-        Where the values come from.
-    """
-
+    #: ``"linear"`` or ``"rotary"``; its units are those of `stickslip.records.unit_of`.
     kind: AxisKind
+    #: Values that may be written, by parameter name [SI]; those identified, and with ``force`` also
+    #: others that have a value.
     values: Mapping[str, float]
+    #: Parameters that are not written, each with the reason.
     withheld: Mapping[str, str] = field(default_factory=dict)
+    #: Parameters that are written although they were not identified, each with the reason.
     forced: Mapping[str, str] = field(default_factory=dict)
+    #: Names of values that were not estimated but given to the estimator, such as a known mass.
     given: frozenset[str] = frozenset()
+    #: Standard deviations by name [SI]; given values have none.
     std: Mapping[str, float] = field(default_factory=dict)
+    #: 95 % intervals (low, high) by name [SI]; given values have none.
     ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    #: Of the parameters in ``uncertain`` [SI], shape (p, p); the log's, not that of given values.
     covariance: Float[np.ndarray, "p p"] = field(default_factory=lambda: np.zeros((0, 0)))
+    #: Names of the rows of ``covariance``, all of which are in ``values``.
     uncertain: tuple[str, ...] = ()
-    side: Side = "joint"
+    side: Side = "joint"  #: Side that the values are of.
+    #: The side of the estimate and the ratio to the other.
     transmission: Transmission = field(default_factory=Transmission)
-    source: Source = field(default_factory=Source)
+    source: Source = field(default_factory=Source)  #: Where the values come from.
 
     def __post_init__(self) -> None:
         for name in ("values", "withheld", "forced", "std", "ci95"):

@@ -31,24 +31,15 @@ from stickslip.records import (
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateReading:
-    """How the values of an estimate are meant, and which of them are exported.
+    """How the values of an estimate are meant, and which of them are exported."""
 
-    Attributes
-    ----------
-    transmission
-        Side of the estimate, and the ratio to the other side.
-    torque_constant
-        Torque or force per current [N m/A or N/A] for an estimate in ampere, or per percent for one
-        in percent; None if it is not given.
-    axis
-        Which axis of a robot; None for all.
-    force
-        Whether values are exported that were not identified or are not to be used.
-    """
-
+    #: Side of the estimate, and the ratio to the other side.
     transmission: Transmission = field(default_factory=Transmission)
+    #: Torque or force per current [N m/A or N/A] for an estimate in ampere, or per percent for one
+    #: in percent; None if it is not given.
     torque_constant: float | None = None
-    axis: str | None = None
+    axis: str | None = None  #: Which axis of a robot; None for all.
+    #: Whether values are exported that were not identified or are not to be used.
     force: bool = False
 
 

@@ -2,20 +2,19 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any
 
 from stickslip.export.base import (
+    Exporter,
     ExportSettings,
     FileToEdit,
-    Group,
     Rendered,
     axis_in_words,
     only_axis,
 )
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.templates import filled_in, heading, notes_on
-from stickslip.export.transmission import Side
 from stickslip.records import InputError, positive
 
 MEAN = "is replaced by the mean of both directions"
@@ -43,31 +42,14 @@ Filling = tuple[dict[str, Any], list[str]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class TemplateExporter:
-    """A target whose file is a template, filled in with the values of every axis.
+class TemplateExporter(Exporter):
+    """A target whose file is a template, filled in with the values of every axis."""
 
-    Attributes
-    ----------
-    values
-        What the template needs of an axis; its docstring states the format and its source.
-    template
-        Name of the template in the folder ``templates`` beside the module of ``values``.
-    name, title, group, side, represents, cannot, ending, edits, several, options
-        See `Exporter`.
-    """
-
+    #: What the template needs of an axis; its docstring states the format and its source.
     values: Callable[[AxisToFill], Filling]
+    #: Name of the template in the folder ``templates`` beside the module of ``values``.
     template: str
-    name: str
-    title: str
-    group: Group
-    represents: tuple[str, ...]
-    cannot: Mapping[str, str] = field(default_factory=dict)
-    side: Side | None = "joint"
     ending: str = ".py"
-    edits: Literal["never"] = "never"
-    several: bool = True
-    options: tuple[str, ...] = ()
 
     def render(
         self,

@@ -31,24 +31,18 @@ _POWERS = {
 class Transmission:
     """Side that an estimate is of, and the ratio between motor and joint.
 
-    Attributes
-    ----------
-    side
-        ``"motor"`` or ``"joint"`` (the load, or the only side of a direct drive).
-    gear_ratio
-        Turns of the motor per turn of the joint [-]; None if it is not given. A negative one counts
-        the two directions oppositely.
-    lead
-        Travel of a linear joint per turn of a rotary motor [m]; None for a rotary joint.
-
     Raises
     ------
     InputError
         If the ratio is 0, a value is not finite, or the lead is not positive.
     """
 
+    #: ``"motor"`` or ``"joint"`` (the load, or the only side of a direct drive).
     side: Side = "joint"
+    #: Turns of the motor per turn of the joint [-]; None if it is not given. A negative one counts
+    #: the two directions oppositely.
     gear_ratio: float | None = None
+    #: Travel of a linear joint per turn of a rotary motor [m]; None for a rotary joint.
     lead: float | None = None
 
     def __post_init__(self) -> None:

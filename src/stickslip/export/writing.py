@@ -32,23 +32,13 @@ from stickslip.records import InputError, Status
 
 @dataclass(frozen=True, kw_only=True)
 class Export:
-    """What was exported.
+    """What was exported."""
 
-    Attributes
-    ----------
-    target
-        Name of the target.
-    rendered
-        The files and what is to be said about them.
-    warnings
-        Values that were written against their verdict, and those that were withheld.
-    complete
-        Whether the estimate can be trusted and every value that the target holds was written.
-    """
-
-    target: str
-    rendered: Rendered
+    target: str  #: Name of the target.
+    rendered: Rendered  #: The files and what is to be said about them.
+    #: Values that were written against their verdict, and those that were withheld.
     warnings: tuple[str, ...]
+    #: Whether the estimate can be trusted and every value that the target holds was written.
     complete: bool
 
 

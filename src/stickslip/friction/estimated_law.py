@@ -7,8 +7,6 @@ from jaxtyping import Float
 
 from stickslip.records import quantity_name, shared_name
 
-__all__ = ["SHAPES", "is_velocity_term", "law_columns", "law_effort"]
-
 _TERMS = (
     "viscous_friction",
     "coulomb_friction",

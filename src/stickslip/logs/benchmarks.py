@@ -13,8 +13,7 @@ from stickslip.records import InputError
 
 _logger = logging.getLogger("stickslip")
 
-_PLACE = "STICKSLIP_DATA"
-"""The environment variable that names a folder with data sets."""
+_PLACE = "STICKSLIP_DATA"  # the environment variable that names a folder with data sets
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,8 +33,7 @@ _PATIENCE = 5.0
 _BYTES, _BYTES_A_BYTE = 800_000_000, 20
 """Memory of a reader, and what a byte of the file adds to it: compressed numbers take less."""
 
-_LONGEST_REASON = 120
-"""Characters of a library's message that are repeated."""
+_LONGEST_REASON = 120  # characters of a library's message that are repeated
 
 _CHILD = "from stickslip.logs.isolation import serve; serve()"
 _ENVIRONMENT = {"ARROW_DEFAULT_MEMORY_POOL": "system"}

@@ -58,11 +58,9 @@ _LARGEST_RATIO, _SMALL = 200, 100_000_000
 """Bytes of a decompressed file are at most so many times those of the compressed one, or so many:
 the dullest text is compressed less, and a file that is made to fill a disk more."""
 
-_MOST_NAMES = 5
-"""Files of an archive that a message lists."""
+_MOST_NAMES = 5  # files of an archive that a message lists
 
-_LONGEST_NAME = 100
-"""Characters at the end of the name of a file in an archive that are kept."""
+_LONGEST_NAME = 100  # characters at the end of the name of a file in an archive that are kept
 
 _BLOCK = 1 << 20
 

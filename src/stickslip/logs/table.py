@@ -14,14 +14,11 @@ from stickslip.records import InputError
 
 Column = Float[np.ndarray, " n"]
 
-_SPARSE = 0.1
-"""Share of empty cells from which they are those of a slower channel."""
+_SPARSE = 0.1  # share of empty cells from which they are those of a slower channel
 
-_FEWEST_ROWS = 20
-"""Least samples of such a channel."""
+_FEWEST_ROWS = 20  # least samples of such a channel
 
-_UNEVEN = 10.0
-"""Largest over the median number of rows from one of its samples to the next."""
+_UNEVEN = 10.0  # largest over the median number of rows from one of its samples to the next
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -55,53 +55,29 @@ class PulseSeries:
 
     ``effort[k]`` is held from ``time[k]`` to ``time[k+1]``; after the last the effort is 0, and
     mass 1 stays where it is. The motion is that of a plant as planned with.
-
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-    sampling_time
-        [s].
-    pulse_samples
-        Samples in each pulse.
-    target
-        Where both masses shall rest.
-    effort
-        Of each sample, shape (n,).
-    position, velocity
-        Of mass 1 at each sample instant, shape (n+1,).
-    load_position, load_velocity
-        Of mass 2, shape (n+1,).
-    effort_limit
-        That none of the efforts exceeds.
-    breakaway_margin
-        By how much the first effort exceeds what frees mass 1; infinite if it moves already.
-    slowest
-        The least speed of mass 1 between begin and end, between samples too; it is positive
-        unless mass 1 rests on the way.
-    least_duration
-        What no series of this effort limit takes less than, as far as proven [s]; the shortest
-        series takes between this and its duration.
-    least_impulse
-        What the impulse of no series without a rest is less than, over this time [N s or N m s].
-    rest
-        From when until when mass 1 rests on the way; None if it does not.
     """
 
-    kind: AxisKind
-    sampling_time: float = quantity_field("sampling_time")
-    pulse_samples: int
-    target: float = quantity_field("position")
-    effort: Float[np.ndarray, " n"] = quantity_field("effort")
-    position: Float[np.ndarray, " n+1"] = quantity_field("position")
-    velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
-    load_position: Float[np.ndarray, " n+1"] = quantity_field("position")
-    load_velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
-    effort_limit: float = quantity_field("effort")
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``; decides the units.
+    sampling_time: float = quantity_field("sampling_time")  #: [s].
+    pulse_samples: int  #: Samples in each pulse.
+    target: float = quantity_field("position")  #: Where both masses shall rest.
+    effort: Float[np.ndarray, " n"] = quantity_field("effort")  #: Of each sample, shape (n,).
+    position: Float[np.ndarray, " n+1"] = quantity_field("position")  #: Of mass 1, shape (n+1,).
+    velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")  #: Of mass 1, shape (n+1,).
+    load_position: Float[np.ndarray, " n+1"] = quantity_field("position")  #: Of mass 2.
+    load_velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")  #: Of mass 2.
+    effort_limit: float = quantity_field("effort")  #: That none of the efforts exceeds.
+    #: By how much the first effort exceeds what frees mass 1; infinite if it moves already.
     breakaway_margin: float = quantity_field("effort")
+    #: The least speed of mass 1 between begin and end, between samples too; it is positive unless
+    #: mass 1 rests on the way.
     slowest: float = quantity_field("velocity")
+    #: What no series of this effort limit takes less than, as far as proven [s]; the shortest
+    #: series takes between this and its duration.
     least_duration: float = quantity_field("time")
+    #: What the impulse of no series without a rest is less than, over this time [N s or N m s].
     least_impulse: float
+    #: From when until when mass 1 rests on the way; None if it does not.
     rest: tuple[float, float] | None = quantity_field("time", default=None)
 
     def __post_init__(self) -> None:

@@ -16,10 +16,8 @@ class SeriesTuning:
     work in cases that did not occur.
     """
 
-    blocks: int = 64
-    """Blocks of equal effort in the first programme [-]. Work 1.00, 1.08."""
-    rough_blocks: int = 40
-    """Blocks in the search for the number of pulses [-]. Work 0.97, 1.18."""
+    blocks: int = 64  #: Blocks of equal effort in the first programme [-]. Work 1.00, 1.08.
+    rough_blocks: int = 40  #: Blocks in the search for the number of pulses [-]. Work 0.97, 1.18.
     rest_gap: float = 2.0
     """Largest distance of instants that belong to one rest of mass 1 [first blocks]. Work 1.11,
     1.00."""
@@ -29,8 +27,7 @@ class SeriesTuning:
     accepted_share: float = 0.1
     """Velocity accepted between the instants that are constrained [least velocity]. Work 0.99,
     1.08."""
-    max_rounds: int = 25
-    """Programmes of one search at most [-]. Work 1.00, 1.00."""
+    max_rounds: int = 25  #: Programmes of one search at most [-]. Work 1.00, 1.00.
     max_blocks: int = 450
     """Blocks of a programme at most [-]: one with more takes seconds. Work 1.02, 1.00."""
     extra_work: float = 1e5
@@ -70,14 +67,12 @@ class SeriesTuning:
     """Distance of an effort from what it must exceed [effort limit]. Work 1.00, 1.00."""
     longest: float = 10.0
     """Longest series tried [rough guess of the shortest time]. Work 1.09, 1.01."""
-    rough_trials: int = 8
-    """Trials for the rough number of pulses at most [-]. Work 1.09, 1.00."""
+    rough_trials: int = 8  #: Trials for the rough number of pulses at most [-]. Work 1.09, 1.00.
     rough_accuracy: float = 0.01
     """Relative accuracy of the rough number of pulses [-]. Work 1.02, 1.02."""
     first_stride_part: int = 64
     """The first stride from the rough number of pulses is this part of it [-]. Work 1.05, 1.00."""
-    stride_growth: int = 3
-    """Growth of a stride without success [-]. Work 0.98, 0.99."""
+    stride_growth: int = 3  #: Growth of a stride without success [-]. Work 0.98, 0.99.
     max_proofs: int = 3
     """Trials that are to prove fewer pulses impossible, at most [-]. Work 1.00, 1.00."""
     freeing_pulses: int = 64
@@ -90,14 +85,11 @@ class SeriesTuning:
 
     creep_share: float = 0.02
     """Velocity below which mass 1 creeps [highest velocity]. Work 1.00, 1.01."""
-    min_rest_pulses: int = 4
-    """Pulses of the shortest rest on the way [-]. Work 1.00, 1.00."""
+    min_rest_pulses: int = 4  #: Pulses of the shortest rest on the way [-]. Work 1.00, 1.00.
     min_rest: float = 0.3
     """Swing of mass 2 in the shortest rest on the way [rad]: what creeps less comes to no stop."""
-    least_before_rest: float = 0.05
-    """Way to a rest at least [travel]."""
-    rest_trials: int = 8
-    """Pulses tried as the begin of a rest at most [-]. Work 1.00, 1.00."""
+    least_before_rest: float = 0.05  #: Way to a rest at least [travel].
+    rest_trials: int = 8  #: Pulses tried as the begin of a rest at most [-]. Work 1.00, 1.00.
     earlier_pulses: int = 3
     """Pulses by which the second part may begin before the end of the creeping [-]. Work 1.00,
     1.00."""

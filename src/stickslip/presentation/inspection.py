@@ -6,8 +6,7 @@ from stickslip.presentation.table import Cell, Column, Table
 from stickslip.presentation.words import NONE, or_none, prefixed, share_text
 from stickslip.records import AxisProposal, Inspection, LogColumn, parameter_label, unit_text
 
-_REPEATED = 0.01
-"""Smallest share of the samples at an extreme that is shown [-]."""
+_REPEATED = 0.01  # smallest share of the samples at an extreme that is shown [-]
 
 
 def column_table(found: Inspection) -> Table:

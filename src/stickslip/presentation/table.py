@@ -12,8 +12,7 @@ Row = Sequence["str | Cell"]
 Style = Literal["dense", "parameters", "options", "phases"]
 Tone = Literal["", "good", "bad", "code"]
 
-_ON_TERMINAL = (20, 10)
-"""First and last rows of a long table that are printed."""
+_ON_TERMINAL = (20, 10)  # first and last rows of a long table that are printed
 _ON_PAGE = (30, 15)
 _STYLES = {"": "", "good": "green", "bad": "red", "code": ""}
 

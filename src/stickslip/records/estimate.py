@@ -279,27 +279,7 @@ class JointLogs(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionEstimate(Record, Exportable):
-    """Friction parameters of one axis, as an estimator found them.
-
-    Attributes
-    ----------
-    estimator
-        Name of the estimator, such as ``"energy"``.
-    kind
-        ``"linear"`` or ``"rotary"``.
-    parameters
-        By name, in the order of the regressor.
-    covariance
-        Covariance of the identified parameters, shape (p, p), in their order [SI].
-    status
-        Whether the result can be trusted.
-    diagnostics, provenance
-        What it certifies about itself and where it came from.
-    selection
-        Which terms the log supports; None for an estimator of given terms.
-    joint
-        The logs of a joint fit and whether they are consistent; None for a fit of one log.
-    """
+    """Friction parameters of one axis, as an estimator found them."""
 
     schema = SCHEMA_VERSION
     json_form = (
@@ -307,14 +287,17 @@ class FrictionEstimate(Record, Exportable):
         "status_text=status.text diagnostics provenance selection joint",
     )
 
-    estimator: str
-    kind: AxisKind
-    parameters: Mapping[str, ParameterEstimate]
+    estimator: str  #: Name of the estimator, such as ``"energy"``.
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``.
+    parameters: Mapping[str, ParameterEstimate]  #: By name, in the order of the regressor.
+    #: Covariance of the identified parameters, shape (p, p), in their order [SI].
     covariance: Float[np.ndarray, "p p"]
-    status: Status
-    diagnostics: Diagnostics
-    provenance: Provenance
+    status: Status  #: Whether the result can be trusted.
+    diagnostics: Diagnostics  #: What it certifies about itself.
+    provenance: Provenance  #: Where it came from.
+    #: Which terms the log supports; None for an estimator of given terms.
     selection: ModelSelection | None = None
+    #: The logs of a joint fit and whether they are consistent; None for a fit of one log.
     joint: JointLogs | None = None
 
     def __post_init__(self) -> None:

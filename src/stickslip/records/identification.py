@@ -87,34 +87,20 @@ class Validation(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Identification(Exportable):
-    """An identified axis with all that its report shows.
+    """An identified axis with all that its report shows."""
 
-    Attributes
-    ----------
-    log
-        The input.
-    estimate
-        The result.
-    truth
-        True parameter values by name [SI] where the log was simulated, else None.
-    curve, energy, evolution, residuals, resimulation
-        What the report draws; None where the estimate is not good enough to make it.
-    further
-        The other logs of a joint fit, whose first one is ``log``.
-    validation
-        Prediction of another log; None if none was given.
-    """
-
-    log: AxisLog
-    estimate: FrictionEstimate
+    log: AxisLog  #: The input.
+    estimate: FrictionEstimate  #: The result.
+    #: True parameter values by name [SI] where the log was simulated, else None.
     truth: Mapping[str, float] | None = None
-    curve: FrictionCurve | None = None
-    energy: EnergyBalance | None = None
-    evolution: EstimateEvolution | None = None
-    residuals: Residuals | None = None
-    resimulation: Resimulation | None = None
-    further: tuple[AxisLog, ...] = ()
-    validation: Validation | None = None
+    # Drawn by the report; each is None where the estimate is not good enough to make it
+    curve: FrictionCurve | None = None  #: Friction against velocity; or None.
+    energy: EnergyBalance | None = None  #: Energies over time; or None.
+    evolution: EstimateEvolution | None = None  #: How the estimates settle; or None.
+    residuals: Residuals | None = None  #: Effort that is not explained; or None.
+    resimulation: Resimulation | None = None  #: Motion of the identified model; or None.
+    further: tuple[AxisLog, ...] = ()  #: The other logs of a joint fit, whose first one is ``log``.
+    validation: Validation | None = None  #: Prediction of another log; None if none was given.
 
     def to_dict(self) -> dict[str, Any]:
         """Return the estimate, and the validation if there is one, as plain JSON types."""
@@ -151,20 +137,11 @@ class Identification(Exportable):
 
 @dataclass(frozen=True, kw_only=True)
 class AxesIdentification(Exportable):
-    """The identified axes of one log.
+    """The identified axes of one log."""
 
-    Attributes
-    ----------
-    name
-        Name of the log.
-    axes
-        Identification of each axis by its name.
-    unread
-        Reasons why axes are not identified, by their names.
-    """
-
-    name: str
-    axes: Mapping[str, Identification]
+    name: str  #: Name of the log.
+    axes: Mapping[str, Identification]  #: Identification of each axis by its name.
+    #: Reasons why axes are not identified, by their names.
     unread: Mapping[str, str] = field(default_factory=dict[str, str])
 
     def __post_init__(self) -> None:

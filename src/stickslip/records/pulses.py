@@ -71,18 +71,6 @@ class PulseRecord(Record):
 class LearnedPulses(Record):
     """Values that a pulse controller has learned, for its next run.
 
-    Attributes
-    ----------
-    method
-        ``"pwc"``, ``"papwc"``, ``"exact"`` or ``"landing"``.
-    kind
-        ``"linear"`` or ``"rotary"``.
-    values
-        By name [SI, the unit that `stickslip.records.unit_of` names].
-    covariance
-        What the method's recursion resumes from, shape (n, n) [that of the method]: of least
-        squares the inverse of the sum of the regressors' squares.
-
     Raises
     ------
     InputError
@@ -100,9 +88,11 @@ class LearnedPulses(Record):
     schema = _SCHEMA
     json_form = ("schema method kind values=valued covariance",)
 
-    method: PulseMethod
-    kind: AxisKind
-    values: Mapping[str, float]
+    method: PulseMethod  #: ``"pwc"``, ``"papwc"``, ``"exact"`` or ``"landing"``.
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``.
+    values: Mapping[str, float]  #: By name [SI, the unit that `stickslip.records.unit_of` names].
+    #: What the method's recursion resumes from, shape (n, n) [that of the method]; of least squares
+    #: the inverse of the sum of the regressors' squares.
     covariance: Float[np.ndarray, "n n"]
 
     def __post_init__(self) -> None:
@@ -122,6 +112,25 @@ class LearnedPulses(Record):
             raise InputError("covariance_not_finite", where="covariance")
         covariance.flags.writeable = False
         object.__setattr__(self, "covariance", covariance)
+
+    def check(
+        self, *, method: str, kind: AxisKind, names: tuple[str, ...], size: int | None = None
+    ) -> None:
+        """Check that it was learned by a method on a kind of axis, and holds what is needed.
+
+        ``names`` are values, ``size`` is that of the covariance. An InputError if not.
+        """
+        for name, own, needed in (("method", self.method, method), ("kind", self.kind, kind)):
+            if own != needed:
+                raise InputError(
+                    "learned_otherwise", where=name, name=name, own=own, needed=needed, unit=""
+                )
+        for name in names:
+            if name not in self.values:
+                raise InputError("learned_lacks", where="values", name=name, needed=names)
+        shape = self.covariance.shape
+        if size is not None and shape != (size, size):
+            raise InputError("covariance_shape", where="covariance", shape=shape, size=size)
 
     @property
     def valued(self) -> dict[str, Valued]:

@@ -31,8 +31,7 @@ from stickslip.scenario.table import ScenarioError, key
 AXIS_GUESSES = ("mass", *DIRECTIONAL, "offset")
 FILES = ("estimate", "learned")
 _RUNNING = ("coulomb_friction", "viscous_friction")
-_DRIFT = 0.05
-"""Relative standard deviation of the change of friction since a log or an earlier run."""
+_DRIFT = 0.05  # relative standard deviation of the change of friction since a log or an earlier run
 
 _UNCERTAINTY = {
     "mass_uncertainty": (("mass",), 0.01, ExactPulseController.mass_uncertainty),
@@ -215,20 +214,6 @@ def learned_from(path: Path) -> LearnedPulses:
             raise error.at(str(path)) from None
     except InputError as error:
         raise error.at("[guess], learned") from None
-
-
-def check_learned(
-    learned: LearnedPulses, *, method: str, kind: AxisKind, names: tuple[str, ...]
-) -> None:
-    """Check that a controller can resume from what was learned."""
-    for name, own, needed in (("method", learned.method, method), ("kind", learned.kind, kind)):
-        if own != needed:
-            raise InputError(
-                "learned_otherwise", where=name, name=name, own=own, needed=needed, unit=""
-            )
-    for name in names:
-        if name not in learned.values:
-            raise InputError("learned_lacks", where="values", name=name, needed=names)
 
 
 def estimate_in(path: Path, kind: AxisKind) -> FirstGuesses:

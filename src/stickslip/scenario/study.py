@@ -18,8 +18,7 @@ from stickslip.scenario.axis import AXES, Axis
 from stickslip.scenario.table import Document, Read, ScenarioError, Table, key, required
 from stickslip.scenario.task import SensorsTable
 
-_MOST_SAMPLES = 5_000_000
-"""Of one run: some ten minutes for every estimator."""
+_MOST_SAMPLES = 5_000_000  # of one run: some ten minutes for every estimator
 
 _LEAST_SAMPLES = 100
 _MOST_RUNS = 100_000

@@ -12,8 +12,7 @@ from stickslip.simulation import Sensors
 _MOST_SAMPLES = 2_000_000
 """Samples of a scenario over all moves and runs: minutes of computing, a gigabyte of results."""
 
-_LEAST_SAMPLES = 10
-"""Samples of a move: fewer have no room for a pulse and the rest after it."""
+_LEAST_SAMPLES = 10  # samples of a move: fewer have no room for a pulse and the rest after it
 
 
 class TaskTable(Table):

@@ -28,25 +28,16 @@ from stickslip.simulation.simulate import (
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatedBatch:
-    """The stored samples of many simulated trajectories.
+    """The stored samples of many simulated trajectories."""
 
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-    time
-        Times of the stored samples, shape (s,); without any stored, the end.
-    position, velocity
-        Of the (first) mass, shape (batch, s).
-    load_position, load_velocity
-        Of the second mass of flexible arms, shape (batch, s), or None.
-    """
-
-    kind: AxisKind
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``; decides the units.
+    #: Times of the stored samples, shape (s,); without any stored, the end.
     time: Float[np.ndarray, " s"] = quantity_field("time")
-    position: Float[np.ndarray, "batch s"] = quantity_field("position")
-    velocity: Float[np.ndarray, "batch s"] = quantity_field("velocity")
+    position: Float[np.ndarray, "batch s"] = quantity_field("position")  #: Of the (first) mass.
+    velocity: Float[np.ndarray, "batch s"] = quantity_field("velocity")  #: Of the (first) mass.
+    #: Of the second mass of flexible arms, or None.
     load_position: Float[np.ndarray, "batch s"] | None = quantity_field("position", default=None)
+    #: Of the second mass of flexible arms, or None.
     load_velocity: Float[np.ndarray, "batch s"] | None = quantity_field("velocity", default=None)
 
     def __post_init__(self) -> None:

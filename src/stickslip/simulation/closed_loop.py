@@ -46,19 +46,11 @@ class Controller(Protocol[ControllerState]):
 
 @dataclass(frozen=True, kw_only=True)
 class ClosedLoopRun(Generic[ControllerState]):
-    """A finished run of a sampled loop.
+    """A finished run of a sampled loop."""
 
-    Attributes
-    ----------
-    motion, log
-        The truth, and the sensors' samples of it beside the efforts the controller commanded.
-    controller_state
-        The controller's state after the last sample.
-    """
-
-    motion: SimulatedMotion
-    log: AxisLog
-    controller_state: ControllerState
+    motion: SimulatedMotion  #: The truth.
+    log: AxisLog  #: Samples of the sensors, beside the efforts that the controller commanded.
+    controller_state: ControllerState  #: The controller's state after the last sample.
 
 
 _OK, _FAILED, _EFFORT = 0, 1, 2

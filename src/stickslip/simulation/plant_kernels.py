@@ -39,10 +39,8 @@ State = tuple[float, ...]
 class PlantKernels(NamedTuple):
     """The kernels of one kind of plant. Shared arguments: the model and a state of the plant."""
 
-    step: Any
-    """``(model, state, effort) -> (state, output)`` over one sample."""
-    loop_step: Any
-    """The same with the output of an arm; NaN for the load of a rigid axis."""
+    step: Any  #: ``(model, state, effort) -> (state, output)`` over one sample.
+    loop_step: Any  #: The same with the output of an arm; NaN for the load of a rigid axis.
     run: Callable[..., tuple[int, int]]
     """``(model, state, effort, out, grazing, event_time, event_mode) -> (count, failed)``.
 
@@ -62,8 +60,7 @@ class PlantKernels(NamedTuple):
     """
     model: Callable[[Any, float, int], Vector]
     """``(plant, sampling_time, event_budget) -> model``."""
-    initial: Callable[[State], State]
-    """``values -> state`` from the plant's state."""
+    initial: Callable[[State], State]  #: ``values -> state`` from the plant's state.
 
 
 @compiled()

@@ -43,24 +43,19 @@ class MotionSensitivity:
     derivative says nothing of that (``motion.grazing`` shows where). A single mass is freed by a
     new effort at the beginning of a sample only; there, too, the motion jumps when static friction
     passes the effort, and is constant between such jumps: its derivatives by static friction are 0.
-
-    Attributes
-    ----------
-    motion, names
-        The motion, and the parameters: those of the plant and its friction law, then the initial
-        state.
-    position, velocity
-        Derivative of position and velocity of the (first) mass by each parameter [unit of the
-        quantity per unit of the parameter], shape (n+1, p).
-    load_position, load_velocity
-        The same of the second mass of a flexible arm [as above], or None.
     """
 
-    motion: SimulatedMotion
+    motion: SimulatedMotion  #: The motion.
+    #: The parameters, those of the plant and its friction law, then the initial state.
     names: tuple[str, ...]
+    #: Derivative of that of the (first) mass by each parameter [m or rad over the unit of the
+    #: parameter], shape (n+1, p).
     position: Float[np.ndarray, "samples p"]
+    #: Likewise [m/s or rad/s over the unit of the parameter].
     velocity: Float[np.ndarray, "samples p"]
+    #: The same of the second mass of a flexible arm [as above], or None.
     load_position: Float[np.ndarray, "samples p"] | None = None
+    #: The same of the second mass of a flexible arm [as above], or None.
     load_velocity: Float[np.ndarray, "samples p"] | None = None
 
     def __post_init__(self) -> None:

@@ -42,41 +42,26 @@ class SimulatedMotion:
     """The true motion of a simulated plant, at every sample and at every event between them.
 
     ``commanded_effort[k]`` is held from ``time[k]`` to ``time[k+1]``.
-
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-    sampling_time
-        [s].
-    commanded_effort
-        Shape (n,).
-    position, velocity
-        Of the (first) mass, shape (n+1,).
-    load_position, load_velocity
-        Of the second mass of a flexible arm, shape (n+1,), or None.
-    event_time
-        When the (first) mass came to rest, broke away or reversed [s], shape (e,).
-    event_mode
-        What it did from then on: -1 and +1 slip in that direction, 0 rest; shape (e,).
-    grazing
-        Samples, shape (n,), in which the outcome of an event was too close to call: the velocity
-        or the force touched its limit to 1e-10 of its scale, with static friction above Coulomb
-        friction, where the motion depends on it discontinuously.
-    bristle_deflection
-        Of a friction law with bristles, shape (n+1,), or None.
     """
 
-    kind: AxisKind
-    sampling_time: float = quantity_field("sampling_time")
-    commanded_effort: Float[np.ndarray, " n"] = quantity_field("effort")
-    position: Float[np.ndarray, " n+1"] = quantity_field("position")
-    velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``; decides the units.
+    sampling_time: float = quantity_field("sampling_time")  #: [s].
+    commanded_effort: Float[np.ndarray, " n"] = quantity_field("effort")  #: Shape (n,).
+    position: Float[np.ndarray, " n+1"] = quantity_field("position")  #: Of the (first) mass.
+    velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")  #: Of the (first) mass.
+    #: Of the second mass of a flexible arm, shape (n+1,), or None.
     load_position: Float[np.ndarray, " n+1"] | None = quantity_field("position", default=None)
+    #: Of the second mass of a flexible arm, shape (n+1,), or None.
     load_velocity: Float[np.ndarray, " n+1"] | None = quantity_field("velocity", default=None)
+    #: When the (first) mass came to rest, broke away or reversed [s], shape (e,).
     event_time: Float[np.ndarray, " e"] = quantity_field("time")
+    #: What it did from then on, -1 and +1 slip in that direction, 0 rest; shape (e,).
     event_mode: Int8[np.ndarray, " e"]
+    #: Samples, shape (n,), in which the outcome of an event was too close to call; the velocity or
+    #: the force touched its limit to 1e-10 of its scale, with static friction above Coulomb
+    #: friction, where the motion depends on it discontinuously.
     grazing: Bool[np.ndarray, " n"]
+    #: Of a friction law with bristles, shape (n+1,), or None.
     bristle_deflection: Float[np.ndarray, " n+1"] | None = quantity_field("position", default=None)
 
     def __post_init__(self) -> None:

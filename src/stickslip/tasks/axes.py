@@ -11,7 +11,7 @@ from stickslip.child_process import ChildProcess, answer
 from stickslip.estimation.base import EstimationTask
 from stickslip.estimation.registry import entry_of
 from stickslip.logs import AxisSchema, LogSchema, read_axes, read_schema
-from stickslip.logs.columns.assignment import one_axis
+from stickslip.logs.columns.assignment import one_axis as one_axis  # noqa: PLC0414 - of the front
 from stickslip.records import (
     AxesIdentification,
     AxisKind,
@@ -23,17 +23,6 @@ from stickslip.records import (
 )
 from stickslip.tasks.identification import identified
 from stickslip.tasks.parallel import in_parallel
-
-__all__ = [
-    "axes_at",
-    "axes_of_robot",
-    "axes_validated",
-    "identify_axes",
-    "kind_of_joints",
-    "one_axis",
-    "serve",
-    "validated",
-]
 
 WORKERS = 2
 """Processes; each needs some 300 MB."""

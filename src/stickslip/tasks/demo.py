@@ -25,30 +25,16 @@ _SURELY = 3.0  # standard deviations of a measured position: how near the arm is
 
 @dataclass(frozen=True, kw_only=True)
 class Demonstration:
-    """Results of a demonstration, and the files with them.
+    """Results of a demonstration, and the files with them."""
 
-    Attributes
-    ----------
-    setting
-        One sentence on the simulated arm.
-    identification
-        The estimate beside the truth.
-    landing
-        Landing of the arm on a target, with the estimate for its first guess.
-    log_file, json_file, report_file
-        The simulated log, the estimate and the report.
-    scenario_file, landing_file
-        The scenario of the landing, and its report.
-    """
-
-    setting: str
-    identification: Identification
-    landing: Positioning
-    log_file: Path
-    json_file: Path
-    report_file: Path
-    scenario_file: Path
-    landing_file: Path
+    setting: str  #: One sentence on the simulated arm.
+    identification: Identification  #: The estimate beside the truth.
+    landing: Positioning  #: Landing of the arm on a target, with the estimate for its first guess.
+    log_file: Path  #: The simulated log.
+    json_file: Path  #: The estimate.
+    report_file: Path  #: The report on the estimate.
+    scenario_file: Path  #: The scenario of the landing.
+    landing_file: Path  #: The report on the landing.
 
 
 def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:

@@ -26,8 +26,7 @@ from stickslip.simulation import Sensors
 if TYPE_CHECKING:
     from stickslip.estimation import InputLimits
 
-_MOST_SAMPLES = 200_000
-"""A design tries some hundred inputs: minutes for so many samples."""
+_MOST_SAMPLES = 200_000  # a design tries some hundred inputs: minutes for so many samples
 
 
 def excite(

@@ -28,11 +28,9 @@ from stickslip.records import (
     StickslipError,
 )
 
-_LARGEST_LAG = 0.05
-"""Lags between effort and motion that are looked for [s]."""
+_LARGEST_LAG = 0.05  # lags between effort and motion that are looked for [s]
 
-_MOST_SAMPLES = 50_000
-"""Samples that the lag is estimated from."""
+_MOST_SAMPLES = 50_000  # samples that the lag is estimated from
 
 _PRESUMED = (
     "check: the inertia is taken as constant, and gravity and other joints as absent; the joint of "

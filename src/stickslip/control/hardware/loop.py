@@ -175,37 +175,20 @@ _TEXTS = {
 
 @dataclass(kw_only=True)
 class LoopRun(Generic[S]):
-    """What a loop on hardware did.
+    """What a loop on hardware did."""
 
-    Attributes
-    ----------
-    ending
-        Why it ended.
-    controller_state
-        The controller's last state.
-    recording
-        What was read and written.
-    overruns
-        Periods that had passed before their sample could be read; the controller received them as
-        lost samples.
-    lost_samples
-        Samples that were read without a position.
-    clipped, replaced
-        Efforts that were beyond the limit, or not finite and written as zero.
-    latest
-        Largest delay of a sample against the time base.
-    longest
-        Longest time of a round: reading, step and writing.
-    """
-
-    ending: LoopEnding = LoopEnding.INTERRUPTED
-    controller_state: S
-    recording: Recording
+    ending: LoopEnding = LoopEnding.INTERRUPTED  #: Why it ended.
+    controller_state: S  #: The controller's last state.
+    recording: Recording  #: What was read and written.
+    #: Periods that had passed before their sample could be read; the controller received them as
+    #: lost samples.
     overruns: int = 0
-    lost_samples: int = 0
-    clipped: int = 0
-    replaced: int = 0
+    lost_samples: int = 0  #: Samples that were read without a position.
+    clipped: int = 0  #: Efforts that were beyond the limit.
+    replaced: int = 0  #: Efforts that were not finite and were written as zero.
+    #: Largest delay of a sample against the time base.
     latest: float = quantity_field("time", default=0.0)
+    #: Longest time of a round, with reading, step and writing.
     longest: float = quantity_field("time", default=0.0)
 
 
@@ -213,21 +196,15 @@ class LoopRun(Generic[S]):
 class Playback:
     """Efforts that are written one after the other, such as those of `stickslip.excite`.
 
-    Attributes
-    ----------
-    effort
-        Held over a sample each, shape (n,); zero follows.
-    sampling_time
-        For which each is held.
-
     Raises
     ------
     InputError
         If an effort is not finite, or the sampling time not positive.
     """
 
+    #: Held over a sample each, shape (n,); zero follows.
     effort: Float[np.ndarray, " n"] = quantity_field("effort")
-    sampling_time: float = quantity_field("sampling_time")
+    sampling_time: float = quantity_field("sampling_time")  #: For which each is held.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effort", finite_vector("effort", self.effort, "N or N m"))

@@ -380,14 +380,8 @@ class ArmBelief:
 
 def check_learned(learned: LearnedPulses, kind: AxisKind) -> None:
     """Check that an earlier run has learned masses, spring and friction of such an arm."""
-    for name, own, other in (("method", "landing", learned.method), ("kind", kind, learned.kind)):
-        if other != own:
-            raise InputError(
-                "learned_otherwise", where=name, name=name, own=other, needed=own, unit=""
-            )
+    learned.check(method="landing", kind=kind, names=LEARNED)
     for name in LEARNED:
-        if name not in learned.values:
-            raise InputError("learned_lacks", where="values", name=name, needed=LEARNED)
         check = non_negative if name == "viscous_friction" else positive
         check(name, learned.values[name], unit_of(name, kind))
     P, size = learned.covariance, len(LEARNED)

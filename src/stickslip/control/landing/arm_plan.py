@@ -66,62 +66,35 @@ _EXCESS, _GAP = 0.1, 0.3  # over the shortest time and the least impulse: found 
 
 @dataclass(frozen=True, kw_only=True)
 class Flight:
-    """A series of pulses as planned and as it went.
+    """A series of pulses as planned and as it went."""
 
-    Attributes
-    ----------
-    start
-        When it began [s].
-    planned
-        The series; its target may lie beyond that of the landing, to come back from.
-    coulomb_friction, viscous_friction
-        With which it was planned [N or N m, N s/m or N m s/rad].
-    final_position
-        Where mass 1 came to rest; None as long as it has not, or if the series was cut short.
-    final_swing
-        Amplitude of mass 2 about that place; None likewise.
-    """
-
-    start: float = quantity_field("time")
+    start: float = quantity_field("time")  #: When it began [s].
+    #: The series; its target may lie beyond that of the landing, to come back from.
     planned: PulseSeries
-    coulomb_friction: float = quantity_field("coulomb_friction")
-    viscous_friction: float = quantity_field("viscous_friction")
+    coulomb_friction: float = quantity_field("coulomb_friction")  #: With which it was planned.
+    viscous_friction: float = quantity_field("viscous_friction")  #: With which it was planned.
+    #: Where mass 1 came to rest; None as long as it has not, or if the series was cut short.
     final_position: float | None = quantity_field("position", default=None)
+    #: Amplitude of mass 2 about that place; None likewise.
     final_swing: float | None = quantity_field("position", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LandingState(SupervisorState):
-    """State of a landing controller of an arm.
+    """State of a landing controller of an arm."""
 
-    Attributes
-    ----------
-    flights
-        All series so far.
-    sent
-        Samples of the present series that have been sent.
-    track
-        The samples of the last series, the one at its begin first; none once it has been judged, or
-        if there is nothing to learn from it.
-    static_ratio
-        Static over Coulomb friction, as assumed so far [-].
-    belief
-        Masses, spring and friction as learned from the series; None if they are taken as given.
-    braking
-        Whether mass 1 is braked, as it has left the corridor of a series.
-    request, answer, request_count
-        The plan that is asked for, and that was given; None for none. How many were asked for.
-    """
-
-    flights: tuple[Flight, ...] = ()
-    sent: int = 0
+    flights: tuple[Flight, ...] = ()  #: All series so far.
+    sent: int = 0  #: Samples of the present series that have been sent.
+    #: The samples of the last series, the one at its begin first; none once it has been judged, or
+    #: if there is nothing to learn from it.
     track: Growing[SensorSample] = Growing()
-    static_ratio: float
+    static_ratio: float  #: Static over Coulomb friction, as assumed so far [-].
+    #: Masses, spring and friction as learned from the series; None if they are taken as given.
     belief: ArmBelief | None = None
-    braking: bool = False
-    request: "PlanRequest | None" = None
-    answer: "PlanAnswer | None" = None
-    request_count: int = 0
+    braking: bool = False  #: Whether mass 1 is braked, as it has left the corridor of a series.
+    request: "PlanRequest | None" = None  #: The plan that is asked for; None for none.
+    answer: "PlanAnswer | None" = None  #: The plan that was given; None for none.
+    request_count: int = 0  #: Plans asked for so far.
 
     @property
     def series_since_target(self) -> int:
@@ -133,49 +106,25 @@ class LandingState(SupervisorState):
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRequest:
-    """What a plan is asked for: the state of the landing at rest, and when a series shall begin.
+    """What a plan is asked for: the state of the landing at rest, and when a series shall begin."""
 
-    Attributes
-    ----------
-    number
-        Of the request, from 1 on.
-    state
-        Of the landing when it was made.
-    swing
-        Of mass 2 at that time.
-    made, begin
-        When it was made, and when the series begins.
-    samples
-        Samples at rest when it was made.
-    """
-
-    number: int
-    state: LandingState
-    swing: Swing
-    made: float = quantity_field("time")
-    begin: float = quantity_field("time")
-    samples: int = 0
+    number: int  #: Of the request, from 1 on.
+    state: LandingState  #: Of the landing when it was made.
+    swing: Swing  #: Of mass 2 at that time.
+    made: float = quantity_field("time")  #: When it was made.
+    begin: float = quantity_field("time")  #: When the series begins.
+    samples: int = 0  #: Samples at rest when it was made.
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlanAnswer:
-    """The answer to a request: what the last series has taught, and the next one.
+    """The answer to a request: what the last series has taught, and the next one."""
 
-    Attributes
-    ----------
-    number
-        Of the request.
-    flights, static_ratio, belief
-        As of the state of a landing [records, -, a record].
-    series
-        None if none was due, or why there is none.
-    """
-
-    number: int
-    flights: tuple[Flight, ...]
-    static_ratio: float
-    belief: ArmBelief | None
-    series: PulseSeries | str | None
+    number: int  #: Of the request.
+    flights: tuple[Flight, ...]  #: As of `LandingState`.
+    static_ratio: float  #: As of `LandingState` [-].
+    belief: ArmBelief | None  #: As of `LandingState`.
+    series: PulseSeries | str | None  #: None if none was due, or why there is none.
 
 
 @dataclass(frozen=True, kw_only=True)

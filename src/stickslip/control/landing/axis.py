@@ -38,23 +38,15 @@ _FASTEST = 0.3  # that pole at most, over the sampling rate
 
 @dataclass(frozen=True, kw_only=True)
 class AxisLandingState(SupervisorState):
-    """State of a landing controller of a single mass.
+    """State of a landing controller of a single mass."""
 
-    Attributes
-    ----------
-    pulses
-        The controller of the pulses; None before the first of them.
-    pulse_state
-        Its state [as of the controller].
-    idle_since
-        When the phase of pulses began, or since when there is no effort in it [s].
-    gave_up
-        Whether the mass did not come to rest, so that there are no more pulses.
-    """
-
+    #: The controller of the pulses; None before the first of them.
     pulses: ExactPulseController | None = None
+    #: Its state [as of the controller].
     pulse_state: Float[np.ndarray, " p"] = field(default_factory=lambda: np.empty(0))
+    #: When the phase of pulses began, or since when there is no effort in it [s].
     idle_since: float = quantity_field("time", default=0.0)
+    #: Whether the mass did not come to rest, so that there are no more pulses.
     gave_up: bool = False
 
 

@@ -83,30 +83,17 @@ class Window:
 
 @dataclass(frozen=True, kw_only=True)
 class SupervisorState:
-    """State of a landing controller, of any axis.
+    """State of a landing controller, of any axis."""
 
-    Attributes
-    ----------
-    target
-        Where the axis shall rest.
-    phases
-        All so far, the last is the present one.
-    feedback, feedback_state
-        The controller of the feedback phase, whose time begins with that phase, and its state [as
-        of the controller]; None and empty outside it.
-    estimator_state
-        Of the estimator that runs along [its own units]; in a feedback phase that of its begin.
-    window, renewed
-        Where rest is looked for; whether feedback to a new target begins with the next sample.
-    """
-
-    target: float = quantity_field("position")
-    phases: tuple[Phase, ...] = ()
+    target: float = quantity_field("position")  #: Where the axis shall rest.
+    phases: tuple[Phase, ...] = ()  #: All so far, the last is the present one.
+    #: The controller of the feedback phase, whose time begins with that phase; None outside it.
     feedback: FeedbackController | None = None
-    feedback_state: Float[np.ndarray, " f"]
+    feedback_state: Float[np.ndarray, " f"]  #: Its state [as of the controller]; else empty.
+    #: Of the estimator that runs along [its own units]; in a feedback phase that of its begin.
     estimator_state: Float[np.ndarray, " e"]
-    window: Window
-    renewed: bool = True
+    window: Window  #: Where rest is looked for.
+    renewed: bool = True  #: Whether feedback to a new target begins with the next sample.
 
     @property
     def phase(self) -> Phase:
@@ -123,35 +110,19 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
 
     What landings of an arm and of a single mass have in common: the feedback phase, the estimator
     that runs along through all phases, targets, and the log of phases.
-
-    Attributes
-    ----------
-    sampling_time
-        That of the loop.
-    target
-        Where the axis shall rest.
-    tolerance
-        How far from it at most.
-    effort_limit
-        Largest magnitude of effort.
-    estimator
-        Of Coulomb and viscous friction, that runs along.
-    position_noise, velocity_noise
-        Standard deviations of one sample; 0 for none.
-    pd
-        Of the feedback phase; None for gains by a rule.
-    wait_limit
-        How long the driven mass may take to come to rest; None for a time by a rule.
     """
 
-    sampling_time: float = quantity_field("sampling_time")
-    target: float = quantity_field("position")
-    tolerance: float = quantity_field("position")
-    effort_limit: float = quantity_field("effort")
-    estimator: RunningEstimator
+    sampling_time: float = quantity_field("sampling_time")  #: That of the loop.
+    target: float = quantity_field("position")  #: Where the axis shall rest.
+    tolerance: float = quantity_field("position")  #: How far from it at most.
+    effort_limit: float = quantity_field("effort")  #: Largest magnitude of effort.
+    estimator: RunningEstimator  #: Of Coulomb and viscous friction, that runs along.
+    #: Standard deviations of one sample; 0 for none.
     position_noise: float = quantity_field("position", default=0.0)
+    #: Standard deviations of one sample; 0 for none.
     velocity_noise: float = quantity_field("velocity", default=0.0)
-    pd: PD | None = None
+    pd: PD | None = None  #: Of the feedback phase; None for gains by a rule.
+    #: How long the driven mass may take to come to rest; None for a time by a rule.
     wait_limit: float | None = quantity_field("time", default=None)
     _driven: ClassVar[str]  # name of the driven mass
     _left: ClassVar[float] = 0.0  # share of the travel that feedback leaves to the pulses

@@ -47,32 +47,19 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     it is. A sample that lacks what the controller needs gives the effort NaN and changes nothing; a
     vector that is not one of this method is a ValueError.
 
-    Attributes
-    ----------
-    sampling_time
-        That of the loop; pulses last whole samples.
-    target
-        Where the axis is to rest.
-    tolerance
-        How far from it at most.
-    rest
-        When the axis counts as being at rest.
-    kind
-        ``"linear"`` or ``"rotary"``.
-
     Raises
     ------
     InputError
         If a value is out of its range.
     """
 
+    #: That of the loop; pulses last whole samples.
     sampling_time: float = quantity_field("sampling_time")
-    target: float = quantity_field("position")
-    tolerance: float = quantity_field("position")
-    rest: RestDetection
-    kind: AxisKind = "linear"
-    method: ClassVar[PulseMethod]
-    """Name of the method, as in what it has learned."""
+    target: float = quantity_field("position")  #: Where the axis is to rest.
+    tolerance: float = quantity_field("position")  #: How far from it at most.
+    rest: RestDetection  #: When the axis counts as being at rest.
+    kind: AxisKind = "linear"  #: ``"linear"`` or ``"rotary"``.
+    method: ClassVar[PulseMethod]  #: Name of the method, as in what it has learned.
     _kernel: ClassVar[Any]
 
     def __post_init__(self) -> None:
@@ -204,18 +191,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     def _check_learned(self, learned: LearnedPulses, names: tuple[str, ...], size: int) -> None:
         """Check that what was learned is of this method and axis, and holds what is needed."""
         check_class("experience", learned, LearnedPulses)
-        for name in ("method", "kind"):
-            own, needed = getattr(learned, name), getattr(self, name)
-            if own != needed:
-                raise InputError(
-                    "learned_otherwise", where=name, name=name, own=own, needed=needed, unit=""
-                )
-        for name in names:
-            if name not in learned.values:
-                raise InputError("learned_lacks", where="values", name=name, needed=names)
-        shape = learned.covariance.shape
-        if shape != (size, size):
-            raise InputError("covariance_shape", where="covariance", shape=shape, size=size)
+        learned.check(method=self.method, kind=self.kind, names=names, size=size)
 
 
 def checked_share(

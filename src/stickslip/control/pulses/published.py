@@ -217,30 +217,21 @@ C = TypeVar("C", bound="PublishedPulseController")
 class PublishedPulseController(PulseController):
     """A pulse controller as published: pulses of one level, without viscous friction.
 
-    Attributes
-    ----------
-    pulse_effort
-        Largest effort of a pulse; more than the axis needs to break away.
-    gain
-        Share of the error that a pulse is to take away, ``K_c`` [-]; between 0 and 2.
-    longest_width
-        Of a pulse, rounded down to whole samples; None for no limit.
-    forgetting
-        Forgetting factor of the recursion [-], in (0, 1].
-    max_idle_pulses
-        After so many pulses in a row that did not move the axis it stops; None to go on, as
-        published.
-
     Raises
     ------
     InputError
         If a value is out of its range.
     """
 
+    #: Largest effort of a pulse; more than the axis needs to break away.
     pulse_effort: float = quantity_field("effort")
+    #: Share of the error that a pulse is to take away, ``K_c`` [-]; between 0 and 2.
     gain: float = 1.0
+    #: Of a pulse, rounded down to whole samples; None for no limit.
     longest_width: float | None = quantity_field("time", default=None)
-    forgetting: float = 1.0
+    forgetting: float = 1.0  #: Forgetting factor of the recursion [-], in (0, 1].
+    #: After so many pulses in a row that did not move the axis it stops; None to go on, as
+    #: published.
     max_idle_pulses: int | None = 3
 
     def __post_init__(self) -> None:

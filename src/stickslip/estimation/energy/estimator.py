@@ -5,7 +5,7 @@ Source: van de Wijdeven (2002), part A, chapters 3 and 4.
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -14,19 +14,18 @@ from stickslip.estimation.energy.known_inertia.method import KnownInertiaMethod
 from stickslip.estimation.energy.levels import EnergyLevels
 from stickslip.estimation.energy.method import EnergySettings
 from stickslip.estimation.energy.unknown_inertia.method import UnknownInertiaMethod
-from stickslip.estimation.fit.fitted import Fit, RowsEstimator
+from stickslip.estimation.fit.fitted import LeastSquaresEstimator
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
+from stickslip.estimation.fit.solve import check_excited
 from stickslip.estimation.online.faults.health import OnlineHealth
 from stickslip.estimation.online.method import Kernel, OnlineMethod, State
 from stickslip.estimation.online.recursion import VALUES
 from stickslip.estimation.settings import options_of
-from stickslip.friction import StribeckEffect
-from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
+from stickslip.records import AxisLog, InputError, positive
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnergyEstimator(EnergySettings, OnlineMethod, RowsEstimator):
+class EnergyEstimator(EnergySettings, OnlineMethod, LeastSquaresEstimator):
     """Friction from the balance of energies: what goes in and is not stored was dissipated.
 
     With the inertia known (and the spring, of a flexible arm), the balance is taken as work along
@@ -106,6 +105,8 @@ class EnergyEstimator(EnergySettings, OnlineMethod, RowsEstimator):
     ('viscous_friction', 'coulomb_friction')
     """
 
+    name: ClassVar[str] = "energy"
+
     @cached_property
     def method(self) -> KnownInertiaMethod | UnknownInertiaMethod:
         """The method for a known or for an unknown inertia."""
@@ -113,43 +114,13 @@ class EnergyEstimator(EnergySettings, OnlineMethod, RowsEstimator):
         return KnownInertiaMethod(self) if known else UnknownInertiaMethod(self)
 
     @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "energy"
-
-    @property
     def options(self) -> dict[str, Any]:
         """Name and settings as plain values, for a result's provenance."""
         effects = [asdict(effect) for effect in self.terms.stribeck]
         return options_of(self) | {"stribeck": effects or None}
 
-    def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report."""
-        rows = self.regression(log)
-        provenance = provenance_of(log, self.options)
-        return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
-
-    def fitted(self, estimate: FrictionEstimate, rows: Regression) -> Fit:
-        """Return an estimate and its rows (of `regression`) with what is known of the axis."""
-        return Fit(
-            estimate=estimate,
-            rows=rows,
-            inertia=self.inertia,
-            load_inertia=self.load_inertia,
-            stiffness=self.stiffness,
-            stribeck=self.stribeck if isinstance(self.stribeck, StribeckEffect) else None,
-            cutoff=self.cutoff,
-            filter_order=self.filter_order,
-        )
-
     def regression(self, log: AxisLog) -> Regression:
-        """Return the whitened rows of the balance.
-
-        Raises
-        ------
-        InputError
-            As `fit` does.
-        """
+        """Return the whitened rows of the balance; raises as `fit`."""
         check_excited(log)
         return self.method.regression(log)
 

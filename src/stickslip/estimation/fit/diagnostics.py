@@ -15,16 +15,6 @@ from stickslip.estimation.fit.rows import (
 )
 from stickslip.records import ParameterEstimate, Status, Verdict, shared_name
 
-__all__ = [
-    "Determined",
-    "condition_number",
-    "cross_validation_residual",
-    "determined",
-    "hardly_moves",
-    "status_of",
-    "unidentifiable_reason",
-]
-
 LEAST_SIGNAL_TO_NOISE = 5.0
 """A regressor less than five times its own noise would be biased to zero by more than 4 %."""
 
@@ -86,27 +76,17 @@ def cross_validation_residual(regression: Regression) -> float | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Determined:
-    """What a regression determines.
+    """What a regression determines."""
 
-    Attributes
-    ----------
-    columns
-        Numbers of the columns that hold more than noise, shape (q,).
-    left, singular, right
-        Singular value decomposition of those columns, scaled to unit norm, in the directions that
-        are determined; shapes (n, d), (d,), (d, q) [-].
-    norms
-        Of those columns [SI], shape (q,).
-    undetermined
-        Sets of column numbers that take part in each direction that is not determined; a set of one
-        is a column that is empty or mostly noise.
-    """
-
-    columns: Int[np.ndarray, " q"]
+    columns: Int[np.ndarray, " q"]  #: Numbers of the columns that hold more than noise, shape (q,).
+    # Singular value decomposition of those columns, scaled to unit norm, in the directions that are
+    # determined [-]
     left: Float[np.ndarray, "n d"]
     singular: Float[np.ndarray, " d"]
     right: Float[np.ndarray, "d q"]
-    norms: Float[np.ndarray, " q"]
+    norms: Float[np.ndarray, " q"]  #: Of those columns [SI], shape (q,).
+    #: Sets of column numbers that take part in each direction that is not determined; a set of one
+    #: is a column that is empty or mostly noise.
     undetermined: tuple[frozenset[int], ...]
 
     def mask(self, size: int) -> Bool[np.ndarray, " p"]:

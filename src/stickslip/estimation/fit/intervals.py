@@ -7,18 +7,6 @@ from jaxtyping import Float, Int
 from scipy.linalg import block_diag
 from scipy.special import stdtrit
 
-__all__ = [
-    "Overlap",
-    "Uncertainty",
-    "autocorrelation",
-    "frequencies",
-    "information_time",
-    "pooled",
-    "robust_uncertainty",
-    "t_quantile",
-    "white_variances",
-]
-
 CONFIDENCE = 0.95
 MOST_FREQUENCIES = 12
 """See `frequencies`."""

@@ -5,8 +5,6 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-__all__ = ["least_decades"]
-
 
 def least_decades(
     cost: Callable[[float], float], decades: tuple[float, float], *, grid: int, tolerance: float

@@ -12,8 +12,6 @@ from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.estimation.signals.sensor_noise import encoder_step
 from stickslip.records import AxisKind
 
-__all__ = ["MotionSummary", "Regression", "least_squares", "summarise_motion"]
-
 SMALLEST_SINGULAR_RATIO = 0.01
 """Columns of unit norm with a smaller singular value (relative to the largest) differ by
 less than 1 % of their content, which sensor and model errors exceed."""
@@ -25,30 +23,17 @@ they would otherwise shrink to nothing around a value that these errors have shi
 
 @dataclass(frozen=True, kw_only=True)
 class MotionSummary:
-    """What a log's motion excites, in the terms that identifiability is explained in.
+    """What a log's motion excites, in the terms that identifiability is explained in."""
 
-    Attributes
-    ----------
-    largest_speed, speed_noise
-        Largest speed, and the standard deviation of its noise [m/s or rad/s].
-    forward_travel, backward_travel
-        Way travelled in each direction [m or rad].
-    position_range
-        Largest less smallest position [m or rad].
-    position_noise
-        Standard deviation of the noise of the positions, or their smallest step where that is
-        larger [m or rad].
-    speed_variation
-        Standard deviation over mean of the speed while moving [-].
-    """
-
-    largest_speed: float
-    speed_noise: float
-    forward_travel: float
-    backward_travel: float
-    position_range: float
+    largest_speed: float  #: Largest speed [m/s or rad/s].
+    speed_noise: float  #: Standard deviation of the noise of the speed [m/s or rad/s].
+    forward_travel: float  #: Distance travelled forward [m or rad].
+    backward_travel: float  #: Distance travelled backward [m or rad].
+    position_range: float  #: Largest less smallest position [m or rad].
+    #: Standard deviation of the noise of the positions, or their smallest step where that is larger
+    #: [m or rad].
     position_noise: float
-    speed_variation: float
+    speed_variation: float  #: Standard deviation over mean of the speed while moving [-].
 
     @property
     def travel(self) -> float:
@@ -84,88 +69,55 @@ def summarise_motion(
 
 @dataclass(frozen=True, kw_only=True)
 class Regression:
-    """Rows of ``target = regressors @ parameters + residual``.
+    """Rows of ``target = regressors @ parameters + residual``."""
 
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``.
-    names
-        Parameters, in the order of the columns.
-    time
-        Of each row [s], shape (n,).
-    target, regressors
-        Shapes (n,) and (n, p) [SI].
-    regressor_noise
-        Root mean square of the sensor noise in each column [SI], shape (p,).
-    quantity
-        What the target is: ``"effort"``, ``"energy"`` or ``"position"``.
-    motion
-        What the log excites.
-    samples
-        Number of samples of the log that the rows were made from.
-    notes
-        What a user should know about how the rows were made, one sentence each.
-    effect
-        Norm of the rows that the effort alone would make [SI], where the target holds only what
-        known masses leave of it; otherwise 0.
-    biased
-        Whether the rows are known to bias the parameters by more than their intervals.
-    smallest_singular_ratio
-        Share of the strongest combination of columns of unit norm below which a combination is not
-        determined [-]; less than its default only where no filter has touched the motion.
-    resolution
-        Share of the target that the rows resolve [-].
-    effort_delay
-        Samples that the effort was found to act late; None where none was looked for.
-    shifts
-        By which the parameters may be off beyond their sampling error, as other data or models
-        show [SI], shape (k, p); None for nothing. They widen the intervals.
-    law_shifts
-        Differences to the parameters of other laws of friction that explain the rows as well [SI],
-        shape (laws, p); None for none. The intervals contain those of all laws.
-        Identifiability is judged within the selected law alone.
-    slow_residual
-        Whether the intervals allow for a residual that is strongest where it is slowest, as under
-        a drifting force (`robust_uncertainty`).
-    overlap
-        Correlation of the rows under white noise of the signal that they are means of; None where
-        it is not known. Variances that are smaller than under white noise are pooled with those.
-    simultaneous
-        Whether the intervals of all parameters hold together with 95 %, as they must after the
-        terms were selected by the same data.
-    effort
-        The effort in each row [N or N m], shape (n,), where the shape of a term can be a parameter:
-        the target then holds derivatives with respect to shapes as well, and a static friction or
-        Stribeck velocity next to nothing is no result. None if no shape is estimated.
-    log
-        Number of the log that each row is from [-], shape (n,); None for one log.
-    nuisance
-        Parameters that may be unidentified without an effect on the status.
-    """
-
-    kind: AxisKind
-    names: tuple[str, ...]
-    time: Float[np.ndarray, " n"]
-    target: Float[np.ndarray, " n"]
-    regressors: Float[np.ndarray, "n p"]
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``.
+    names: tuple[str, ...]  #: Parameters, in the order of the columns.
+    time: Float[np.ndarray, " n"]  #: Of each row [s], shape (n,).
+    target: Float[np.ndarray, " n"]  #: Shape (n,) [SI].
+    regressors: Float[np.ndarray, "n p"]  #: Shape (n, p) [SI].
+    #: Root mean square of the sensor noise in each column [SI], shape (p,).
     regressor_noise: Float[np.ndarray, " p"]
+    #: What the target is, ``"effort"``, ``"energy"`` or ``"position"``.
     quantity: Literal["effort", "energy", "position"]
-    motion: MotionSummary
-    samples: int
+    motion: MotionSummary  #: What the log excites.
+    samples: int  #: Number of samples of the log that the rows were made from.
+    #: What a user should know about how the rows were made, one sentence each.
     notes: tuple[str, ...] = ()
+    #: Norm of the rows that the effort alone would make [SI], where the target holds only what
+    #: known masses leave of it; otherwise 0.
     effect: float = 0.0
+    #: Whether the rows are known to bias the parameters by more than their intervals.
     biased: bool = False
+    #: Share of the strongest combination of columns of unit norm below which a combination is not
+    #: determined [-]; less than its default only where no filter has touched the motion.
     smallest_singular_ratio: float = SMALLEST_SINGULAR_RATIO
-    resolution: float = RESOLUTION
+    resolution: float = RESOLUTION  #: Share of the target that the rows resolve [-].
+    #: Samples that the effort was found to act late; None where none was looked for.
     effort_delay: int | None = None
+    #: By which the parameters may be off beyond their sampling error, as other data or models show
+    #: [SI], shape (k, p); None for nothing. They widen the intervals.
     shifts: Float[np.ndarray, "k p"] | None = None
+    #: Differences to the parameters of other laws of friction that explain the rows as well [SI],
+    #: shape (laws, p); None for none. The intervals contain those of all laws. Identifiability is
+    #: judged within the selected law alone.
     law_shifts: Float[np.ndarray, "laws p"] | None = None
+    #: Whether the intervals allow for a residual that is strongest where it is slowest, as under a
+    #: drifting force (`robust_uncertainty`).
     slow_residual: bool = False
+    #: Correlation of the rows under white noise of the signal that they are means of; None where it
+    #: is not known. Variances that are smaller than under white noise are pooled with those.
     overlap: Overlap | None = None
+    #: Whether the intervals of all parameters hold together with 95 %, as they must after the terms
+    #: were selected by the same data.
     simultaneous: bool = False
+    #: The effort in each row [N or N m], shape (n,), where the shape of a term can be a parameter:
+    #: the target then holds derivatives with respect to shapes as well, and a static friction or
+    #: Stribeck velocity next to nothing is no result. None if no shape is estimated.
     effort: Float[np.ndarray, " n"] | None = None
+    #: Number of the log that each row is from [-], shape (n,); None for one log.
     log: Int[np.ndarray, " n"] | None = None
+    #: Parameters that may be unidentified without an effect on the status.
     nuisance: frozenset[str] = frozenset()
 
     @property

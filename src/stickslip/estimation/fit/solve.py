@@ -40,8 +40,6 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["check_excited", "long_stretches", "provenance_of", "solve", "withheld"]
-
 _LEAST_ROWS_PER_PARAMETER = 3
 
 

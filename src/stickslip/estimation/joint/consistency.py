@@ -18,8 +18,7 @@ from stickslip.records import LogDeviation
 class ConsistencyTuning:
     """Tuning of the test whether logs are consistent."""
 
-    error_rate: float = 0.01
-    """Share of consistent sets of logs that are called inconsistent [-]."""
+    error_rate: float = 0.01  #: Share of consistent sets of logs that are called inconsistent [-].
     smallest_difference: float = 0.02
     """Of a parameter, relative to its value, that matters [-]: as exact as data sheets."""
     smallest_share: float = 1e-3

@@ -24,26 +24,16 @@ _INVOLVED = 1e-6  # component of an undetermined combination that takes part in 
 
 @dataclass(frozen=True, kw_only=True)
 class CramerRaoBound:
-    """Covariance below which no unbiased estimator comes.
+    """Covariance below which no unbiased estimator comes."""
 
-    Attributes
-    ----------
-    names
-        Of the parameters.
-    information
-        Fisher information with the first state unknown [1/(unit of one times that of the other)],
-        shape (p, p).
-    covariance
-        Its inverse [unit of one times that of the other], shape (p, p); infinite for what the
-        scenario does not determine.
-    units
-        By name.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  #: Of the parameters.
+    #: Fisher information with the first state unknown [1/(unit of one times that of the other)],
+    #: shape (p, p).
     information: Float[np.ndarray, "p p"]
+    #: Its inverse [unit of one times that of the other], shape (p, p); infinite for what the
+    #: scenario does not determine.
     covariance: Float[np.ndarray, "p p"]
-    units: Mapping[str, str]
+    units: Mapping[str, str]  #: By name.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "units", ReadOnlyMapping(self.units))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -50,33 +50,19 @@ what the whole motion would make of the strongest one."""
 
 @dataclass(frozen=True, kw_only=True)
 class LikelihoodMaximum:
-    """The likeliest axis, sensors' noise and first states of a log.
+    """The likeliest axis, sensors' noise and first states of a log."""
 
-    Attributes
-    ----------
-    plant
-        With the likeliest parameters.
-    values
-        Of the parameters sought, by name [SI].
-    delay
-        Samples that the effort acts late.
-    noise
-        By channel, such as ``"position"``: standard deviation [unit of the channel], and
-        correlation from reading to reading.
-    initial_states
-        Of each stretch: position and velocity of each mass [SI].
-    log_likelihood
-        Up to a constant that does not depend on the parameters or the delay [-].
-    grazing
-        Whether the likelihood may jump nearby: an event of the likeliest motion grazes.
-    """
-
-    plant: Plant
-    values: Mapping[str, float]
-    delay: int
+    plant: Plant  #: With the likeliest parameters.
+    values: Mapping[str, float]  #: Of the parameters sought, by name [SI].
+    delay: int  #: Samples that the effort acts late.
+    #: Standard deviation [unit of the channel], and correlation from reading to reading, by
+    #: channel, such as ``"position"``.
     noise: Mapping[str, ChannelNoise]
+    #: Position and velocity of each mass [SI], of each stretch.
     initial_states: tuple[tuple[float, ...], ...]
+    #: Up to a constant that does not depend on the parameters or the delay [-].
     log_likelihood: float
+    #: Whether the likelihood may jump nearby, as an event of the likeliest motion grazes.
     grazing: bool
 
 
@@ -170,6 +156,7 @@ class MaximumLikelihoodEstimator(RowsEstimator):
     largest_delay: int = 0
     horizon: float | None = None
     initial_values: Mapping[str, float] | None = None
+    name: ClassVar[str] = "maximum-likelihood"
 
     def __post_init__(self) -> None:
         units = {"inertia": "kg or kg m^2", "load_inertia": "kg or kg m^2"}
@@ -188,11 +175,6 @@ class MaximumLikelihoodEstimator(RowsEstimator):
         for one, other in (("mass", "inertia"), ("load_mass", "load_inertia"), ("stiffness",) * 2):
             if self.flexible and one in names and one not in guesses and other not in guesses:
                 raise InputError("no_guess_of_arm", name=other)
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "maximum-likelihood"
 
     @property
     def terms(self) -> FrictionTerms:

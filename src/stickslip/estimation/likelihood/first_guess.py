@@ -25,8 +25,7 @@ _REACHES = (1, 2, 4, 8, 16, 32)
 """Samples to each side that a velocity's sign is taken over: the one that explains most is kept."""
 _PIECES = 16
 _LEAST_PIECE = 100  # samples
-_RESTING = 4.0
-"""Standard deviations of a velocity's noise below which the axis counts as at rest."""
+_RESTING = 4.0  # standard deviations of a velocity's noise below which the axis counts as at rest
 _STEPS = 1.5  # of an encoder, the same
 _NAMES: tuple[str, ...] = ("mass", "viscous_friction", "coulomb_friction", "offset")
 _MEDIAN = 0.6745  # of the magnitude of a standard normal variable

@@ -64,25 +64,13 @@ class InputLimits:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignedInput:
-    """An input and the bound on the parameters that is expected with it.
+    """An input and the bound on the parameters that is expected with it."""
 
-    Attributes
-    ----------
-    sampling_time
-        [s].
-    effort
-        Held over each sample [N or N m], shape (n,).
-    bound
-        On the parameters, with it.
-    largest_speed, largest_travel
-        That the plant is expected to reach [m/s or rad/s, m or rad].
-    """
-
-    sampling_time: float
-    effort: Float[np.ndarray, " n"]
-    bound: CramerRaoBound
-    largest_speed: float
-    largest_travel: float
+    sampling_time: float  #: [s].
+    effort: Float[np.ndarray, " n"]  #: Held over each sample [N or N m], shape (n,).
+    bound: CramerRaoBound  #: On the parameters, with it.
+    largest_speed: float  #: That the plant is expected to reach [m/s or rad/s].
+    largest_travel: float  #: That the plant is expected to reach [m or rad].
 
 
 def design_input(

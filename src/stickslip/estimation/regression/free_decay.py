@@ -14,6 +14,7 @@ viscous friction bends the envelope, Coulomb friction lets it fall straight.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -39,10 +40,8 @@ from stickslip.records import (
     positive,
 )
 
-_LEAST_EXTREMES = 4
-"""As many as there are unknowns: centre, first amplitude, ratio and shift."""
-_WINDOW = 0.25
-"""Part of a half-swing on either side of an extreme that its value is taken from."""
+_LEAST_EXTREMES = 4  # as many as there are unknowns: centre, first amplitude, ratio and shift
+_WINDOW = 0.25  # part of a half-swing on either side of an extreme that its value is taken from
 _LEAST_SIDE = 6  # samples on either side
 _PROMINENCE = 0.02  # least height of a swing over the range of the decay
 _CLEAR = 20.0  # the same in standard deviations of the position
@@ -53,13 +52,6 @@ _SAME = 1e-9  # efforts that differ by less than this part of the largest one ar
 @dataclass(frozen=True, kw_only=True)
 class DecayingExtremes:
     """Successive extremes of a free decay, and what Markho's formula makes of them.
-
-    Attributes
-    ----------
-    position
-        Of the extremes, maxima and minima in turn [m or rad], shape (n,).
-    deviation
-        Standard deviation of each [m or rad], shape (n,).
 
     Raises
     ------
@@ -74,8 +66,9 @@ class DecayingExtremes:
     (0.9, 0.2)
     """
 
+    #: Of the extremes, maxima and minima in turn [m or rad], shape (n,).
     position: Float[np.ndarray, " n"]
-    deviation: Float[np.ndarray, " n"]
+    deviation: Float[np.ndarray, " n"]  #: Standard deviation of each [m or rad], shape (n,).
 
     def __post_init__(self) -> None:
         if self.position.size < _LEAST_EXTREMES:
@@ -164,16 +157,12 @@ class FreeDecayEstimator:
 
     inertia: float | None = None
     stiffness: float | None = None
+    name: ClassVar[str] = "free-decay"
 
     def __post_init__(self) -> None:
         check_given(self, positive, {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad"})
         if (self.inertia is None) == (self.stiffness is None):
             raise InputError("inertia_or_stiffness")
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "free-decay"
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated."""

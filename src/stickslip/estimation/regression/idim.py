@@ -21,16 +21,16 @@ apart.
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.fit.fitted import Fit, RowsEstimator
+from stickslip.estimation.fit.fitted import LeastSquaresEstimator
 from stickslip.estimation.fit.rows import Regression, summarise_motion
-from stickslip.estimation.fit.solve import check_excited, long_stretches, provenance_of, solve
+from stickslip.estimation.fit.solve import check_excited, long_stretches
 from stickslip.estimation.prepare import repaired
-from stickslip.estimation.settings import check_given, options_of
+from stickslip.estimation.settings import check_given
 from stickslip.estimation.signals.kinematics import (
     REST_PERIODS,
     LowPass,
@@ -47,7 +47,6 @@ from stickslip.plants import SingleMass
 from stickslip.records import (
     AxisKind,
     AxisLog,
-    FrictionEstimate,
     InputError,
     mass_name,
     positive,
@@ -68,7 +67,7 @@ _LEAST_SHARE = 0.2  # of the rows, that simulated and measured motion must have 
 
 
 @dataclass(frozen=True, kw_only=True)
-class IdimLeastSquares(RowsEstimator):
+class IdimLeastSquares(LeastSquaresEstimator):
     """Least squares on ``effort = inertia a + viscous v + coulomb sign(v) + offset``.
 
     With the defaults a log sampled at 1 kHz is processed exactly as published for the EMPS
@@ -112,6 +111,7 @@ class IdimLeastSquares(RowsEstimator):
     cutoff: float | None = None
     filter_order: int = 4
     decimation: int | None = None
+    name: ClassVar[str] = "idim-ls"
 
     def __post_init__(self) -> None:
         check_given(self, positive, {"inertia": "kg or kg m^2", "cutoff": "Hz"})
@@ -119,11 +119,6 @@ class IdimLeastSquares(RowsEstimator):
             if value is not None:
                 whole(name, value, least=1)
         _ = self.terms
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "idim-ls"
 
     @property
     def options(self) -> dict[str, Any]:
@@ -141,23 +136,6 @@ class IdimLeastSquares(RowsEstimator):
         """Return the names of what is estimated, in the order of the rows."""
         mass = mass_name(kind)
         return (*(() if self.inertia is not None else (mass,)), *self.terms.names)
-
-    def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report."""
-        rows = self.regression(log)
-        provenance = provenance_of(log, self.options)
-        return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
-
-    def fitted(self, estimate: FrictionEstimate, rows: Regression) -> Fit:
-        """Return an estimate and its rows with what is known of the axis."""
-        return Fit(
-            estimate=estimate,
-            rows=rows,
-            inertia=self.inertia,
-            stribeck=self.stribeck if isinstance(self.stribeck, StribeckEffect) else None,
-            cutoff=self.cutoff,
-            filter_order=self.filter_order,
-        )
 
     def regression(self, log: AxisLog) -> Regression:
         """Return the filtered and decimated rows of the inverse dynamic model; raises as `fit`."""
@@ -224,7 +202,7 @@ class IdimLeastSquares(RowsEstimator):
 
 
 @dataclass(frozen=True, kw_only=True)
-class IdimInstrumentalVariables(RowsEstimator):
+class IdimInstrumentalVariables(LeastSquaresEstimator):
     """Least squares of the inverse dynamics, freed from the bias of its noisy rows.
 
     Attributes
@@ -253,15 +231,11 @@ class IdimInstrumentalVariables(RowsEstimator):
     filter_order: int = 4
     decimation: int | None = None
     feedback: float = 0.2
+    name: ClassVar[str] = "idim-iv"
 
     def __post_init__(self) -> None:
         positive("feedback", self.feedback, "Hz")
         _ = self._rows
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "idim-iv"
 
     @property
     def _rows(self) -> IdimLeastSquares:
@@ -272,12 +246,6 @@ class IdimInstrumentalVariables(RowsEstimator):
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated, in the order of the rows."""
         return self._rows.parameter_names(kind)
-
-    def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report."""
-        rows = self.regression(log)
-        estimate = solve(rows, estimator=self.name, provenance=provenance_of(log, options_of(self)))
-        return self._rows.fitted(estimate, rows)
 
     def regression(self, log: AxisLog) -> Regression:
         """Return rows whose least-squares solution is that of the instrumental variables.

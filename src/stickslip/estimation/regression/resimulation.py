@@ -19,8 +19,7 @@ from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, Resimulation, mass_name, quantity_name
 from stickslip.simulation import simulate
 
-_RESTARTS = 20
-"""In a log: small force errors add up to large position errors over a whole log."""
+_RESTARTS = 20  # in a log: small force errors add up to large position errors over a whole log
 OPTIONAL = ("static_friction", "stribeck_velocity")
 """Without these an estimate is that of a law without a step from static to Coulomb friction."""
 _SIMULATED = frozenset(

@@ -27,8 +27,7 @@ from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, S
 _COARSE, _FINE = 9, 7
 """Stribeck velocities that are compared at once, over the whole range and then around the best."""
 
-_APART = 0.05
-"""Relative distance of the velocities that the slope is taken from."""
+_APART = 0.05  # relative distance of the velocities that the slope is taken from
 
 _CONVERGED = 2e-3
 """Relative change of the Stribeck velocity that the last linearisation may still find: it counts,
@@ -36,8 +35,7 @@ and is right but for its square."""
 
 _ITERATIONS = 12
 _LARGEST_STEP = 1.5  # factor
-_WIDE = 1.0
-"""Half an interval over the Stribeck velocity above which the log has not determined it."""
+_WIDE = 1.0  # half an interval over the Stribeck velocity above which the log has not determined it
 
 
 @dataclass(frozen=True, kw_only=True)

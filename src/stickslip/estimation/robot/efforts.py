@@ -16,8 +16,6 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.records import AxisLog, InputError, unit_of
 
-__all__ = ["joint_of_each", "with_model_effort"]
-
 _ORDER = 4  # of the low-pass of positions, whose passband is flat at the frequencies of the links
 _LOWER = 0.7  # ratio of successive cutoffs
 _MORE = 1.15  # ratio of accelerations with successive cutoffs: a quarter of the variance is noise

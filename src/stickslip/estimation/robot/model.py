@@ -14,8 +14,6 @@ from stickslip.errors import RequiredExtra
 from stickslip.input_files import bytes_of
 from stickslip.records import AxisKind, InputError
 
-__all__ = ["RobotModel", "read_urdf"]
-
 _KINDS: Mapping[str, AxisKind] = {
     "revolute": "rotary",
     "continuous": "rotary",

@@ -9,20 +9,6 @@ from scipy import signal
 
 from stickslip.records import InputError
 
-__all__ = [
-    "REST_PERIODS",
-    "REST_SPEED",
-    "LowPass",
-    "central_difference",
-    "decimate",
-    "decimated_start",
-    "default_cutoff",
-    "noise_level",
-    "noise_quantile",
-    "rests",
-    "slow_speed",
-]
-
 LARGEST_CUTOFF = 100.0
 """Cutoff frequency [Hz] published for the EMPS benchmark; drives act below it."""
 

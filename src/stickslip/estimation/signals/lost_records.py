@@ -9,8 +9,6 @@ from stickslip.estimation.signals.resampling import SMALLEST_JITTER
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisLog, count_of
 
-__all__ = ["LostRecordTuning", "with_lost_time"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class LostRecordTuning:
@@ -21,8 +19,7 @@ class LostRecordTuning:
     whole: float = 0.25
     """Largest deviation of such a ratio from a whole number [-]: half of the ratios of other jumps
     have a larger one."""
-    certain: float = 0.08
-    """Standard deviation of a ratio [-], below which its deviation counts."""
+    certain: float = 0.08  #: Standard deviation of a ratio [-], below which its deviation counts.
     alike: float = 0.3
     """Relative deviation of a step from the median of three [-], up to which the axis moves evenly
     there: no motion doubles its speed for one sample only."""

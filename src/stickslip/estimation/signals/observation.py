@@ -18,8 +18,6 @@ from stickslip.estimation.signals.kinematics import (
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisLog
 
-__all__ = ["MotionNoise", "ObservedMotion", "fuse", "largest_noise", "motion_noise", "observe"]
-
 CLEAN = 1e-6
 """Noise below this fraction of the largest value is taken for rounding, and nothing is smoothed."""
 
@@ -45,23 +43,14 @@ _QUANTILE_NORMAL = 1.2815515655446004  # that quantile of abs(standard normal)
 
 @dataclass(frozen=True, kw_only=True)
 class MotionNoise:
-    """Standard deviations of the white noise on the measurements; zero where it is rounding only.
+    """Standard deviations of the white noise on the measurements; 0 where it is rounding only."""
 
-    Attributes
-    ----------
-    position, velocity
-        Of the measured values [m or rad, m/s or rad/s]; velocity is zero if it is not measured.
-    smooth_position, smooth_velocity
-        Of what is used in the regressors [m or rad, m/s or rad/s].
-    noisy
-        Whether the measured velocity is better smoothed, and its sign in a single sample means
-        nothing.
-    """
-
-    position: float
-    velocity: float
-    smooth_position: float
-    smooth_velocity: float
+    position: float  #: Of the measured values [m or rad].
+    velocity: float  #: Of the measured values [m/s or rad/s]; 0 if it is not measured.
+    smooth_position: float  #: Of what is used in the regressors [m or rad].
+    smooth_velocity: float  #: Of what is used in the regressors [m/s or rad/s].
+    #: Whether the measured velocity is better smoothed, and its sign in a single sample means
+    #: nothing.
     noisy: bool
 
     @property
@@ -72,28 +61,18 @@ class MotionNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class ObservedMotion:
-    """One stretch of a log, ready for energies.
+    """One stretch of a log, ready for energies."""
 
-    Attributes
-    ----------
-    position
-        Position and velocity of the (first) mass, fused [m or rad], shape (n,).
-    velocity, smooth_velocity
-        Velocity as measured (or differentiated) and low-passed [m/s or rad/s], shape (n,).
-    direction, path, velocity_squared
-        Direction of travel [-], way [m or rad] and integral of the squared velocity [m^2/s or
-        rad^2/s] of each sample, shape (n-1,).
-    resting
-        Whether each sample belongs to a rest, shape (n,).
-    """
-
+    #: Position and velocity of the (first) mass, fused [m or rad], shape (n,).
     position: Float[np.ndarray, " n"]
+    #: Velocity as measured (or differentiated) [m/s or rad/s], shape (n,).
     velocity: Float[np.ndarray, " n"]
-    smooth_velocity: Float[np.ndarray, " n"]
-    direction: Float[np.ndarray, " n-1"]
-    path: Float[np.ndarray, " n-1"]
+    smooth_velocity: Float[np.ndarray, " n"]  #: The same low-passed.
+    direction: Float[np.ndarray, " n-1"]  #: Direction of travel in each sample [-].
+    path: Float[np.ndarray, " n-1"]  #: Distance travelled in each sample [m or rad].
+    #: Integral of the squared velocity over each sample [m^2/s or rad^2/s].
     velocity_squared: Float[np.ndarray, " n-1"]
-    resting: Bool[np.ndarray, " n"]
+    resting: Bool[np.ndarray, " n"]  #: Whether each sample belongs to a rest, shape (n,).
 
 
 def motion_noise(

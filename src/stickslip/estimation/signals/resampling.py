@@ -8,8 +8,6 @@ from scipy.interpolate import CubicSpline
 
 from stickslip.records import AxisLog
 
-__all__ = ["resampled"]
-
 SMALLEST_JITTER = 0.01
 """Deviation of a time step, in sampling times, below which samples are taken as uniform."""
 

@@ -8,8 +8,6 @@ from jaxtyping import Float
 from stickslip.estimation.signals.kinematics import LowPass, central_difference, noise_level
 from stickslip.records import AxisLog
 
-__all__ = ["chosen_cutoff", "encoder_step", "longest_in_motion", "position_noise"]
-
 QUIET_VELOCITY = 0.01
 """Noise of a differentiated velocity, relative to its rms, above which the cutoff is lowered: it
 biases viscous friction by its square, and turns the sign of slow motion."""

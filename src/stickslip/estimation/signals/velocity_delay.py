@@ -9,8 +9,6 @@ from stickslip.estimation.signals.kinematics import LowPass, noise_level
 from stickslip.estimation.signals.sensor_noise import longest_in_motion
 from stickslip.records import AxisLog, InputError
 
-__all__ = ["VelocityMatch", "velocity_match", "without_wrong_velocity"]
-
 LARGEST_DELAY = 0.1
 """Delay, in samples, that a measured velocity may have: half a sample already moves energies from
 friction to inertia."""
@@ -32,22 +30,13 @@ _SHIFT_PERIODS = 1.0  # of the cutoff: the noise of two samples so far apart har
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityMatch:
-    """A measured velocity as ``gain`` times the position's derivative ``delay`` ago.
+    """A measured velocity as ``gain`` times the position's derivative ``delay`` ago."""
 
-    Attributes
-    ----------
-    gain, gain_std
-        And its standard deviation [-].
-    delay, delay_std
-        Negative if the velocity comes early; and its standard deviation [s].
-    trapezium_error
-        Relative error of the comparison if the acceleration changes within the samples [-].
-    """
-
-    gain: float
-    gain_std: float
-    delay: float
-    delay_std: float
+    gain: float  #: [-].
+    gain_std: float  #: Its standard deviation [-].
+    delay: float  #: Negative if the velocity comes early [s].
+    delay_std: float  #: Its standard deviation [s].
+    #: Relative error of the comparison if the acceleration changes within the samples [-].
     trapezium_error: float
 
     @property

@@ -22,44 +22,22 @@ _MEMORY = 128  # first samples that the Kalman filter keeps
 
 @dataclass(frozen=True, kw_only=True)
 class CodeContent:
-    """What the exported code holds.
+    """What the exported code holds."""
 
-    Attributes
-    ----------
-    axis
-        Name of the axis.
-    kind
-        ``"linear"`` or ``"rotary"``.
-    law
-        The friction law.
-    inertia
-        Moving mass [kg] or inertia [kg m^2] that the feedforward accelerates; 0 leaves it out.
-    dead_band
-        Speed up to which the feedforward compensates no friction [m/s or rad/s].
-    sampling_time
-        Of the estimators [s].
-    controller, energy, kalman
-        The other modules; None leaves one out.
-    velocity_measured
-        Whether the estimators get a measured velocity.
-    precision
-        Default arithmetic of the code.
-    banner
-        One sentence on the origin, the first line of every file.
-    """
-
-    axis: str
-    kind: AxisKind
-    law: CodeLaw
+    axis: str  #: Name of the axis.
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``.
+    law: CodeLaw  #: The friction law.
+    #: Moving mass [kg] or inertia [kg m^2] that the feedforward accelerates; 0 leaves it out.
     inertia: float = 0.0
+    #: Speed up to which the feedforward compensates no friction [m/s or rad/s].
     dead_band: float = 0.0
-    sampling_time: float = 0.001
-    controller: ExactPulseController | None = None
-    energy: EnergyEstimator | None = None
-    kalman: ExtendedKalmanFilter | None = None
-    velocity_measured: bool = True
-    precision: Literal["single", "double"] = "double"
-    banner: str = ""
+    sampling_time: float = 0.001  #: Of the estimators [s].
+    controller: ExactPulseController | None = None  #: A module of its own; None leaves it out.
+    energy: EnergyEstimator | None = None  #: A module of its own; None leaves it out.
+    kalman: ExtendedKalmanFilter | None = None  #: A module of its own; None leaves it out.
+    velocity_measured: bool = True  #: Whether the estimators get a measured velocity.
+    precision: Literal["single", "double"] = "double"  #: Default arithmetic of the code.
+    banner: str = ""  #: One sentence on the origin, the first line of every file.
 
 
 @dataclass(frozen=True, kw_only=True)

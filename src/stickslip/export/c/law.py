@@ -16,33 +16,21 @@ Pair = tuple[float, float]  # positive and negative direction
 
 @dataclass(frozen=True, kw_only=True)
 class CodeLaw:
-    """A friction law of velocity.
+    """A friction law of velocity."""
 
-    Attributes
-    ----------
-    coulomb, static, viscous
-        Friction in the positive and the negative direction [N or N m; viscous N s/m or N m s/rad].
-    offset
-        Constant effort lost whatever the motion [N or N m].
-    stribeck_velocity, exponent
-        Of the Stribeck effect [m/s or rad/s] and [-]; a velocity of 0 is for none, and static
-        friction then holds at rest only.
-    quadratic, two_thirds
-        Friction per squared speed and per speed^(2/3) [SI].
-    low_speed, low_speed_velocity
-        Friction of low speeds [N or N m] and the speed that leaves 1/e of it [m/s or rad/s].
-    """
-
-    coulomb: Pair
-    static: Pair
-    viscous: Pair
-    offset: float = 0.0
+    # Friction in the positive and the negative direction
+    coulomb: Pair  #: [N or N m].
+    static: Pair  #: [N or N m].
+    viscous: Pair  #: [N s/m or N m s/rad].
+    offset: float = 0.0  #: Constant effort lost whatever the motion [N or N m].
+    #: Of the Stribeck effect [m/s or rad/s]; 0 for none, and static friction then holds at rest
+    #: only.
     stribeck_velocity: float = 0.0
-    exponent: float = 2.0
-    quadratic: float = 0.0
-    two_thirds: float = 0.0
-    low_speed: float = 0.0
-    low_speed_velocity: float = 0.0
+    exponent: float = 2.0  #: Of the Stribeck effect [-].
+    quadratic: float = 0.0  #: Friction per squared speed [SI].
+    two_thirds: float = 0.0  #: Friction per speed^(2/3) [SI].
+    low_speed: float = 0.0  #: Friction of low speeds [N or N m].
+    low_speed_velocity: float = 0.0  #: Speed that leaves 1/e of it [m/s or rad/s].
 
     @classmethod
     def of(cls, law: DirectionalFriction) -> "CodeLaw":

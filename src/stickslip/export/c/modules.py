@@ -47,33 +47,17 @@ _SAMPLE_UNITS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Module:
-    """A module of C code: translated kernels, and the layout of its configuration and state.
+    """A module of C code: translated kernels, and the layout of its configuration and state."""
 
-    Attributes
-    ----------
-    name
-        Ends the names of its files: ``stickslip_NAME.c``.
-    unit
-        The translated kernels.
-    entries
-        Names in C of the kernels that its functions call.
-    layout
-        Of the state; None for the law, which has none.
-    first
-        Fields of the state that `init` sets, as ``member.field`` or the name of a flat part.
-    copied, copies
-        A part of the state that begins as a copy of others, and the statements for that.
-    sample
-        The structure of a sample; None where a sample is plain arguments.
-    """
-
-    name: str
-    unit: Unit
-    entries: Mapping[str, str]
-    layout: Layout | None = None
+    name: str  #: Ends the names of its files, ``stickslip_NAME.c``.
+    unit: Unit  #: The translated kernels.
+    entries: Mapping[str, str]  #: Names in C of the kernels that its functions call.
+    layout: Layout | None = None  #: Of the state; None for the law, which has none.
+    #: Fields of the state that `init` sets, as ``member.field`` or the name of a flat part.
     first: tuple[str, ...] = ()
-    copied: str = ""
-    copies: tuple[str, ...] = ()
+    copied: str = ""  #: A part of the state that begins as a copy of others.
+    copies: tuple[str, ...] = ()  #: The statements for that.
+    #: The structure of a sample; None where a sample is plain arguments.
     sample: Struct | None = None
     record: Struct | None = None  # of the law or a plant
 

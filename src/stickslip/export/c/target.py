@@ -3,12 +3,21 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from stickslip.export.base import ExportSettings, FileToEdit, Rendered, axis_in_words, only_axis
+from stickslip.export.base import (
+    Exporter,
+    ExportSettings,
+    FileToEdit,
+    Group,
+    Rendered,
+    axis_in_words,
+    only_axis,
+)
 from stickslip.export.c.quantities import QUANTITIES
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.templates import heading, notes_on, number
+from stickslip.export.transmission import Side
 
 if TYPE_CHECKING:
     from stickslip.export.c.content import CodeContent
@@ -22,23 +31,17 @@ _WHAT = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class CodeExporter:
+class CodeExporter(Exporter):
     """C99 code: friction law, pulse controller, Kalman filter and energy estimator."""
 
     name: str = "c"
     title: str = "C99 code for a drive, with tests"
-    group: Literal["code"] = "code"
-    side: None = None
+    group: Group = "code"
+    side: Side | None = None
     represents: tuple[str, ...] = ("mass", "inertia", *QUANTITIES)
     ending: str = ""
-    edits: Literal["never"] = "never"
     several: bool = False
     options: tuple[str, ...] = ("precision", "sampling_time")
-
-    @property
-    def cannot(self) -> Mapping[str, str]:
-        """Effects that the code does not represent."""
-        return {}
 
     def render(
         self,

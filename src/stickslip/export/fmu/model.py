@@ -24,21 +24,13 @@ _Causality = Literal["independent", "input", "output", "parameter", "local"]
 
 @dataclass(frozen=True, kw_only=True)
 class Variable:
-    """A variable of a unit; its place in the list is its value reference.
+    """A variable of a unit; its place in the list is its value reference."""
 
-    Attributes
-    ----------
-    name, causality, description, unit
-        As in the model description; a local variable is a constant.
-    start
-        Value before the first step; None for what is calculated.
-    """
-
-    name: str
-    causality: _Causality
-    description: str
-    unit: str
-    start: float | None = None
+    name: str  #: As in the model description.
+    causality: _Causality  #: As in the model description; a local variable is a constant.
+    description: str  #: As in the model description.
+    unit: str  #: As in the model description.
+    start: float | None = None  #: Value before the first step; None for what is calculated.
 
     @property
     def variability(self) -> str:

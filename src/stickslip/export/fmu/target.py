@@ -1,12 +1,20 @@
 """``stickslip export fmu``, ``fmu-arm``, ``fmu-observer``: functional mock-up units (FMI)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from stickslip.export.base import ExportSettings, FileToEdit, Rendered, only_axis
+from stickslip.export.base import (
+    Exporter,
+    ExportSettings,
+    FileToEdit,
+    Group,
+    Rendered,
+    only_axis,
+)
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.templates import heading, notes_on
+from stickslip.export.transmission import Side
 from stickslip.records import InputError, mass_name, unit_of
 
 if TYPE_CHECKING:
@@ -18,18 +26,13 @@ _COMMON = ("fmi_version", "binaries", "sampling_time")
 
 
 @dataclass(frozen=True, kw_only=True)
-class FmuExporter:
+class FmuExporter(Exporter):
     """A functional mock-up unit for co-simulation: a plant, or the estimator that observes one."""
 
-    name: str
-    title: str
     model: Literal["axis", "arm", "observer"]
-    represents: tuple[str, ...]
-    cannot: Mapping[str, str] = field(default_factory=dict)
-    group: Literal["code"] = "code"
-    side: None = None
+    group: Group = "code"
+    side: Side | None = None
     ending: str = ".fmu"
-    edits: Literal["never"] = "never"
     several: bool = False
     options: tuple[str, ...] = _COMMON
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from stickslip.export.base import ExportSettings, FileToEdit, Rendered
+from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, check_kind, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
@@ -20,41 +20,24 @@ _KINDS = {"revolute": "rotary", "continuous": "rotary", "prismatic": "linear"}
 _NAMES = {"damping": "viscous_friction", "friction": "coulomb_friction"}
 
 
+def not_in(language: str) -> dict[str, str]:
+    """Return what becomes of the effects that a language does not represent."""
+    return {
+        "direction": "is replaced by the mean of both directions",
+        "offset": f"is left out: {language} has no constant joint effort",
+        "static_friction": f"is left out: {language} has one friction value, and it gets the "
+        "Coulomb friction",
+    }
+
+
 @dataclass(frozen=True, kw_only=True)
-class DynamicsExporter:
-    """``damping`` and ``friction`` in the ``<dynamics>`` of a joint.
+class DynamicsExporter(Exporter):
+    """``damping`` and ``friction`` in the ``<dynamics>`` of a joint."""
 
-    Attributes
-    ----------
-    language
-        Of the file, as messages name it.
-    joint_edits
-        Writes the values of a joint; its docstring states the format and its source.
-    name, title, group, side, represents, cannot, ending, edits, several, options
-        See `Exporter`.
-    """
-
-    name: str
-    title: str
-    language: str
-    joint_edits: JointEdits
-    ending: str
-    group: Literal["simulator"] = "simulator"
-    side: Literal["joint"] = "joint"
+    language: str  #: Of the file, as messages name it.
+    joint_edits: JointEdits  #: Writes the values of a joint; has the format and its source.
     represents: tuple[str, ...] = ("viscous_friction", "coulomb_friction")
-    edits: Literal["always"] = "always"
-    several: bool = True
-    options: tuple[str, ...] = ()
-
-    @property
-    def cannot(self) -> Mapping[str, str]:
-        """Effects that the language does not represent."""
-        return {
-            "direction": "is replaced by the mean of both directions",
-            "offset": f"is left out: {self.language} has no constant joint effort",
-            "static_friction": f"is left out: {self.language} has one friction value, and it gets "
-            "the Coulomb friction",
-        }
+    edits: Literal["never", "always"] = "always"
 
     def render(
         self,

@@ -2,12 +2,12 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from stickslip.export.base import ExportSettings, FileToEdit, Rendered
+from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, armature, check_kind, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText, attribute
@@ -31,7 +31,7 @@ _DAMPING = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
-class MjcfExporter:
+class MjcfExporter(Exporter):
     """``damping``, ``frictionloss`` and ``armature`` of a joint, or passive LuGre friction.
 
     MuJoCo's dry friction is a soft constraint: with its defaults a joint creeps under a load far
@@ -48,8 +48,6 @@ class MjcfExporter:
 
     name: str = "mjcf"
     title: str = "MJCF (MuJoCo)"
-    group: Literal["simulator"] = "simulator"
-    side: Literal["joint"] = "joint"
     represents: tuple[str, ...] = (
         "viscous_friction",
         "coulomb_friction",
@@ -58,18 +56,15 @@ class MjcfExporter:
         "static_friction",
         "stribeck_velocity",
     )
-    ending: str = ".xml"
-    edits: Literal["always"] = "always"
-    several: bool = True
-    options: tuple[str, ...] = ("link_inertia", "sampling_time", "top_speed")
-
-    @property
-    def cannot(self) -> Mapping[str, str]:
-        """Effects that MJCF does not represent."""
-        return {
+    cannot: Mapping[str, str] = field(
+        default_factory=lambda: {
             "direction": "is replaced by the mean of both directions",
             "offset": "is left out: a joint has no constant effort",
         }
+    )
+    ending: str = ".xml"
+    edits: Literal["never", "always"] = "always"
+    options: tuple[str, ...] = ("link_inertia", "sampling_time", "top_speed")
 
     def render(
         self,

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from stickslip.export.robots.dynamics import DynamicsExporter
+from stickslip.export.robots.dynamics import DynamicsExporter, not_in
 from stickslip.export.robots.joints import PresentValues
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.records import InputError
@@ -41,5 +41,10 @@ def _joint_edits(
 
 
 SDF = DynamicsExporter(
-    name="sdf", title="SDF (Gazebo)", language="SDF", joint_edits=_joint_edits, ending=".sdf"
+    name="sdf",
+    title="SDF (Gazebo)",
+    language="SDF",
+    joint_edits=_joint_edits,
+    ending=".sdf",
+    cannot=not_in("SDF"),
 )

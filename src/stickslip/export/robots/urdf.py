@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from stickslip.export.robots.dynamics import DynamicsExporter
+from stickslip.export.robots.dynamics import DynamicsExporter, not_in
 from stickslip.export.robots.joints import PresentValues
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 
@@ -33,5 +33,10 @@ def _joint_edits(
 
 
 URDF = DynamicsExporter(
-    name="urdf", title="URDF", language="URDF", joint_edits=_joint_edits, ending=".urdf"
+    name="urdf",
+    title="URDF",
+    language="URDF",
+    joint_edits=_joint_edits,
+    ending=".urdf",
+    cannot=not_in("URDF"),
 )

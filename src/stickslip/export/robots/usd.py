@@ -4,12 +4,12 @@ import math
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from stickslip.errors import RequiredExtra
-from stickslip.export.base import ExportSettings, FileToEdit, Rendered, choices
+from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered, choices
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, armature, check_kind, edited_file
 from stickslip.export.templates import filled_in, heading, notes_on, number
@@ -21,7 +21,7 @@ _SCHEMAS = "PhysxJointAxisAPI:{axis}", "NewtonJointAPI"
 
 
 @dataclass(frozen=True, kw_only=True)
-class UsdExporter:
+class UsdExporter(Exporter):
     """``physxJointAxis:*`` and ``newton:*`` of a joint, in a layer over the user's file.
 
     The layer has the user's file, which may also be binary, as its sublayer; that file stays as it
@@ -38,23 +38,18 @@ class UsdExporter:
 
     name: str = "usd"
     title: str = "USD (PhysX, Newton)"
-    group: Literal["simulator"] = "simulator"
-    side: Literal["joint"] = "joint"
     represents: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "static_friction")
-    ending: str = ".usda"
-    edits: Literal["always"] = "always"
-    several: bool = True
-    options: tuple[str, ...] = ("link_inertia",)
-
-    @property
-    def cannot(self) -> Mapping[str, str]:
-        """Effects that USD does not represent."""
-        return {
+    cannot: Mapping[str, str] = field(
+        default_factory=lambda: {
             "direction": "is replaced by the mean of both directions",
             "offset": "is left out: a joint has no constant effort",
             "stribeck_velocity": "is left out: PhysX changes from static to dynamic friction when "
             "the joint moves; Newton has one friction value, and it gets the Coulomb friction",
         }
+    )
+    ending: str = ".usda"
+    edits: Literal["never", "always"] = "always"
+    options: tuple[str, ...] = ("link_inertia",)
 
     def render(
         self,

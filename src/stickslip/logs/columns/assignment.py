@@ -17,8 +17,7 @@ from stickslip.records import InputError
 Axis = TypeVar("Axis")
 
 _NEEDED = ("position", "effort")
-_LIKENESS = 0.75
-"""From 0 to 1; a column whose name is this similar to a known one is suggested."""
+_LIKENESS = 0.75  # from 0 to 1; a column whose name is this similar to a known one is suggested
 
 _KNOWN = {
     "time": ("time", "timestamp"),

@@ -42,8 +42,7 @@ def bind(
     return bound
 
 
-_NUMBERS = {"pi": math.pi}
-"""Names that mean a number where the log has no column of the name."""
+_NUMBERS = {"pi": math.pi}  # names that mean a number where the log has no column of the name
 
 
 def stated_expression(table: Table, channel: str, text: str, where: str) -> Expression:

@@ -22,23 +22,19 @@ taken in the one unit that puts it there."""
 _SLOW_CALENDAR = 10.0
 """Largest step of calendar stamps [s]: a counter of microseconds may be of their size."""
 
-_BITS = (16, 32)
-"""Sizes of counters that begin again at 0."""
+_BITS = (16, 32)  # sizes of counters that begin again at 0
 
 _NEAR_END = 100.0
 """Steps from its end at which a counter can begin again: samples may be lost there."""
 
-_SECONDS = 1.0
-"""Steps up to this are seconds: nothing logs an axis every 1 us [s]."""
+_SECONDS = 1.0  # steps up to this are seconds: nothing logs an axis every 1 us [s]
 
-_AMBIGUOUS = 100
-"""Fewest samples at which a step of 0.1 to 1 is ambiguous: it may be in s or in ms."""
+_AMBIGUOUS = 100  # fewest samples at which a step of 0.1 to 1 is ambiguous: it may be in s or in ms
 
 _COARSE = 0.01
 """Resolution of stamps over the sampling time [-] from which they are not exact enough."""
 
-_COARSEST = 10.0
-"""The same up to which a lost sample still shows."""
+_COARSEST = 10.0  # the same up to which a lost sample still shows
 
 _OFF_LINE = 1.1
 """Range of the deviations of rounded stamps from a uniform clock, in units of their resolution [-]:
@@ -50,11 +46,9 @@ _UNEQUAL = 0.1
 _MOST_GAPS = 0.01
 """Share of the steps that are gaps in a uniform clock, or that are zero by chance [-]."""
 
-_FEWEST_STEPS = 20
-"""Of stamps that show a uniform clock [-]."""
+_FEWEST_STEPS = 20  # of stamps that show a uniform clock [-]
 
-_ROUNDED = 1e-6
-"""Relative error of a step: differences of large stamps are not exact."""
+_ROUNDED = 1e-6  # relative error of a step: differences of large stamps are not exact
 
 
 def continued(stamps: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"], list[str]]:

@@ -25,17 +25,14 @@ _NOTICEABLE_JITTER = 1e-6
 _SMALLEST, _LARGEST = 1e-20, 1e20
 """Sizes [SI] between which products of several channels neither vanish nor overflow."""
 
-_HUGE = 1e300
-"""A value that even a tiny factor does not make zero."""
+_HUGE = 1e300  # a value that even a tiny factor does not make zero
 
-_BITS = (16, 32)
-"""Sizes of signed numbers that may be written as unsigned ones."""
+_BITS = (16, 32)  # sizes of signed numbers that may be written as unsigned ones
 
 _NEAR_END = 1.5
 """Step between two samples, in halves of their range [-], that is one from end to end."""
 
-_FEWEST_JUMPS = 3
-"""Of such steps: fewer may be faults."""
+_FEWEST_JUMPS = 3  # of such steps: fewer may be faults
 
 _DISTANT = 1e5
 """Stamps that begin later than this count from the first [s]: they are those of a calendar."""

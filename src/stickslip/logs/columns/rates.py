@@ -8,8 +8,7 @@ from jaxtyping import Float
 
 from stickslip.records import InputError
 
-_SAME = 1e-9
-"""Stamps of two groups that differ by at most this share of a step are the same."""
+_SAME = 1e-9  # stamps of two groups that differ by at most this share of a step are the same
 
 _FEWEST = 2
 

@@ -12,8 +12,7 @@ from stickslip.logs.table import Column, Table, groups_by_length
 from stickslip.records import InputError
 
 _NUMERIC = "biuf"
-_MOST_COLUMNS = 100
-"""Columns of one dataset: what has more is an image or a scan."""
+_MOST_COLUMNS = 100  # columns of one dataset: what has more is an image or a scan
 
 _DEEPEST = 20
 

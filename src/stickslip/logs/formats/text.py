@@ -16,20 +16,15 @@ from stickslip.logs.table import Column, Table, is_slower, name_columns
 from stickslip.logs.unit_spelling import is_unit
 from stickslip.records import InputError
 
-_SNIFFED_LINES = 500
-"""A header must end and data must begin within this many lines."""
+_SNIFFED_LINES = 500  # a header must end and data must begin within this many lines
 
-_SNIFFED_ROWS = 50
-"""Rows of data that decide on the dialect."""
+_SNIFFED_ROWS = 50  # rows of data that decide on the dialect
 
-_LONGEST_LINE = 10_000_000
-"""Characters; what has longer lines is no text log."""
+_LONGEST_LINE = 10_000_000  # characters; what has longer lines is no text log
 
-_LARGE = 20_000_000
-"""Bytes from which a library that takes a while to load is worth its time."""
+_LARGE = 20_000_000  # bytes from which a library that takes a while to load is worth its time
 
-_BLOCK = 1 << 24
-"""Bytes decoded or parsed at once."""
+_BLOCK = 1 << 24  # bytes decoded or parsed at once
 
 _COMMENTS = ("#", "%", "//")
 _REMARK = re.compile(r"(?<=\s)#.*")  # a # without a blank before it begins a cell, such as #N/A
@@ -40,8 +35,7 @@ _MOMENT = re.compile(
 )
 """A date as ISO 8601 has it, or a time of day."""
 
-_BLANKS = " "
-"""Delimiter of columns between runs of blanks."""
+_BLANKS = " "  # delimiter of columns between runs of blanks
 
 
 def read_text(path: Path) -> Table:

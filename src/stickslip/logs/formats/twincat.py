@@ -18,8 +18,7 @@ _END = "EOF"
 _FILETIME = 1e15
 """Stamps above this count 100 ns since 1601, those below are milliseconds since the start."""
 
-_EXACT_DIGITS = 15
-"""Digits that a float holds."""
+_EXACT_DIGITS = 15  # digits that a float holds
 
 _ROWS_AT_ONCE = 50_000
 

@@ -31,7 +31,6 @@ from stickslip.scenario.axis import Axis
 from stickslip.scenario.guess import (
     FirstGuesses,
     GuessTable,
-    check_learned,
     guesses_from,
     learned_from,
 )
@@ -47,20 +46,15 @@ REST_SAMPLES: Any = key(
     says="10; with ideal sensors 1, without a velocity 2",
 )
 
-_HELD_WITHIN = 100.0
-"""Travel of an axis that is only held, in tolerances."""
+_HELD_WITHIN = 100.0  # travel of an axis that is only held, in tolerances
 
-_REST_MOTION = 0.01
-"""Share of the tolerance: an axis on bristles that moves no farther rests."""
+_REST_MOTION = 0.01  # share of the tolerance: an axis on bristles that moves no farther rests
 
-_CONTINUOUS = 1e-9
-"""Step of an encoder without steps, over the noise: too fine to matter."""
+_CONTINUOUS = 1e-9  # step of an encoder without steps, over the noise: too fine to matter
 
-_SURELY = 3.0
-"""Largest error of a mean of measurements, in its standard deviations."""
+_SURELY = 3.0  # largest error of a mean of measurements, in its standard deviations
 
-_REST_SAMPLES = 10
-"""Samples over which a rest is judged by default, where sensors are not ideal."""
+_REST_SAMPLES = 10  # samples over which a rest is judged by default, where sensors are not ideal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,6 +173,7 @@ class Controller(Table):
     guesses: ClassVar[tuple[str, ...]] = ()  # quantities of ``[guess]`` that it uses
     learns: ClassVar[bool] = False  # whether it learns values that can be saved
     learned_names: ClassVar[tuple[str, ...]] = ()  # those that it needs to resume
+    resumes: ClassVar[str] = ""  # method whose learned values it takes; empty for its own
     beside_learned: ClassVar[tuple[str, ...]] = ("learned",)  # allowed in ``[guess]`` then
 
     method: str = required("controller")
@@ -236,7 +231,6 @@ class Controller(Table):
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
         """Return the values of an earlier run as first guesses."""
-        check_learned(learned, method=self.method, kind=kind, names=self.learned_names)
         return FirstGuesses(kind=kind, values={}, learned=learned, source=source)
 
     def begin(self, setup: Setup, folder: Path) -> FirstGuesses:
@@ -250,6 +244,8 @@ class Controller(Table):
         path = folder / guess.learned
         learned = learned_from(path)
         try:
+            method = self.resumes or self.method
+            learned.check(method=method, kind=kind, names=self.learned_names)
             return self.guesses_of(learned, kind, f"learned {guess.learned}")
         except InputError as error:
             raise error.at(f"[guess], learned, {path}") from None

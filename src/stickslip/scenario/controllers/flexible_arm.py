@@ -26,7 +26,7 @@ from stickslip.scenario.controllers.base import (
     GainsByRule,
     Setup,
 )
-from stickslip.scenario.guess import FILES, FirstGuesses, check_learned
+from stickslip.scenario.guess import FILES, FirstGuesses
 from stickslip.scenario.table import ScenarioError, key
 
 _SERIES = "series for a target, after which it stops"
@@ -48,6 +48,7 @@ class _ArmController(Controller):
         *FILES,
     )
     learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
+    resumes: ClassVar[str] = "landing"
     beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learned")
     landing: ClassVar[type[LandingController]] = LandingController
     begins: ClassVar[str] = "without any"  # where no friction is guessed
@@ -65,7 +66,6 @@ class _ArmController(Controller):
             raise ScenarioError("arm_without_velocity", where="[sensors]")
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
-        check_learned(learned, method="landing", kind=kind, names=self.learned_names)
         names = (*DIRECTIONAL, *(_PARTS if "mass" in learned.values else ()))
         values = {name: (learned.values[name], learned.values[name]) for name in names}
         sources = dict.fromkeys(names, source)

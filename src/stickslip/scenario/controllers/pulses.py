@@ -27,7 +27,7 @@ from stickslip.scenario.controllers.base import (
     GainsByRule,
     Setup,
 )
-from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses, check_learned
+from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses
 from stickslip.scenario.table import ScenarioError, key
 
 _TABLE_1 = 1e-5 * (150.0 * 300.0) ** 2
@@ -107,13 +107,10 @@ class Precise(ExactPulses):
     """A fast move with feedback, then pulses by the exact law."""
 
     title: ClassVar[str] = "fast move with feedback, then pulses by the exact law"
+    resumes: ClassVar[str] = "exact"
     delay: float | None = key(
         "known delay of drive and sensors", "time", non_negative, says="learned in the first move"
     )
-
-    def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
-        check_learned(learned, method="exact", kind=kind, names=self.learned_names)
-        return FirstGuesses(kind=kind, values={}, learned=learned, source=source)
 
     def build(self, setup: Setup, first: FirstGuesses) -> PreciseController:
         if first.learned is None:
@@ -219,6 +216,7 @@ class AxisLanding(GainsByRule):
     """Feedback, then pulses by the exact law."""
 
     title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
+    resumes: ClassVar[str] = "exact"
     learns: ClassVar[bool] = True
     guesses: ClassVar[tuple[str, ...]] = (
         *AXIS_GUESSES,
@@ -244,7 +242,6 @@ class AxisLanding(GainsByRule):
             raise ScenarioError("landing_without_velocity", where="[sensors]")
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
-        check_learned(learned, method="exact", kind=kind, names=self.learned_names)
         found = learned.values
         # The friction of each direction has the offset in it
         values = {

@@ -67,10 +67,8 @@ class IntegrationTuning(NamedTuple):
 
     relative_tolerance: float = 1e-11
     """Error of a step over the state, or over what is typical of it [-]. 1.18, 0.85."""
-    smallest_change: float = 0.2
-    """Smallest change of a step's length [-]. 1.00, 1.00."""
-    largest_change: float = 6.0
-    """Largest change of a step's length [-]. 1.00, 1.00."""
+    smallest_change: float = 0.2  #: Smallest change of a step's length [-]. 1.00, 1.00.
+    largest_change: float = 6.0  #: Largest change of a step's length [-]. 1.00, 1.00.
     caution: float = 0.9
     """Length of a step over that which has the tolerated error [-]. 2.27, 1.01."""
     least_error: float = 1e-10
@@ -84,8 +82,7 @@ class IntegrationTuning(NamedTuple):
     1.00."""
     halvings: int = 40
     """Halvings of a step from rest until the mass moves forward, at most [-]. 1.00, 1.00."""
-    left: float = 1e-13
-    """Rest of a sample that is rounding [sampling time]. 1.00, 1.00."""
+    left: float = 1e-13  #: Rest of a sample that is rounding [sampling time]. 1.00, 1.00.
 
 
 TUNING = IntegrationTuning()

@@ -10,11 +10,9 @@ from jaxtyping import Float
 from stickslip.control import PositionController
 from stickslip.records import LandingPhase, PositioningOutcome, PulseRecord, SensorSample
 
-_NOTED = 600
-"""Times in a run at which estimates of an estimator that runs along are recorded."""
+_NOTED = 600  # times in a run at which estimates of an estimator that runs along are recorded
 
-_PROGRESS = 50
-"""Samples between two calls of the progress."""
+_PROGRESS = 50  # samples between two calls of the progress
 
 Notes = dict[str, Float[np.ndarray, " k"]]
 

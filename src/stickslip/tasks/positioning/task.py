@@ -24,8 +24,6 @@ from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
 from stickslip.tasks.positioning.judging import arm_ending, ending, settling_time
 from stickslip.tasks.positioning.recorder import Recorder
 
-__all__ = ["ScenarioFile", "position", "read_scenario"]
-
 
 def position(
     scenario: ScenarioFile | Path | str, *, progress: Callable[[int, int], None] | None = None

@@ -189,85 +189,45 @@ def _taken(
 
 @dataclass(frozen=True, kw_only=True)
 class Tracking:
-    """How a series is tracked.
+    """How a series is tracked."""
 
-    Attributes
-    ----------
-    pole
-        Double pole of the feedback [rad/s].
-    settling
-        Samples on the target after the series.
-    limit
-        Effort that no correction leads beyond [N or N m].
-    filtered
-        Share of a deviation of the velocity that its filter takes over in a sample [-].
-    noise
-        Standard deviation of a position and of a velocity [m or rad, m/s or rad/s].
-    learned
-        Whether the load has been learned from a series.
-    """
-
-    pole: float
-    settling: int
-    limit: float
+    pole: float  #: Double pole of the feedback [rad/s].
+    settling: int  #: Samples on the target after the series.
+    limit: float  #: Effort that no correction leads beyond [N or N m].
+    #: Share of a deviation of the velocity that its filter takes over in a sample [-].
     filtered: float = 1.0
+    #: Standard deviation of a position and of a velocity [m or rad, m/s or rad/s].
     noise: tuple[float, float] = (0.0, 0.0)
-    learned: bool = False
+    learned: bool = False  #: Whether the load has been learned from a series.
 
 
 @dataclass(frozen=True, kw_only=True)
 class CorrectedSeries(PulseSeries):
-    """A series with what corrects it on its way, and a time on its target.
+    """A series with what corrects it on its way, and a time on its target."""
 
-    Attributes
-    ----------
-    losses
-        Of the load.
-    drive
-        What was known of it.
-    pole, filtered
-        Of the feedback (`Tracking`).
-    moving
-        Samples before the time on the target.
-    frequency
-        Of mass 2 while mass 1 rests [rad/s].
-    maps
-        To the final state: of a state, of none, the gains of the final state, and from mass 1 to
-        mass 2.
-    forced
-        Coulomb friction that the plan has not, over mass 2.
-    rests
-        Whether mass 1 is planned to rest in a sample.
-    steps
-        State after a sample, of that before, the acceleration and the losses; while mass 1 slips
-        and while it rests.
-    low, high
-        Bounds of the acceleration that corrects.
-    ahead
-        Motion and bounds in the direction of the series, for `goal`.
-    taken
-        Gain of what is seen of mass 2 (`seen`).
-    """
-
-    losses: LoadLosses
-    drive: DriveFit
-    pole: float
-    filtered: float
-    moving: int
-    frequency: float
+    losses: LoadLosses  #: Of the load.
+    drive: DriveFit  #: What was known of it.
+    pole: float  #: Of the feedback (`Tracking`).
+    filtered: float  #: Of the feedback (`Tracking`).
+    moving: int  #: Samples before the time on the target.
+    frequency: float  #: Of mass 2 while mass 1 rests [rad/s].
+    #: Maps to the final state, of a state and of none, the gains of the final state, and from mass
+    #: 1 to mass 2.
     maps: tuple[
         Float[np.ndarray, "n 4 4"],
         Float[np.ndarray, "n 4"],
         Float[np.ndarray, "m 4"],
         Float[np.ndarray, "m 2 2"],
     ]
-    forced: Float[np.ndarray, " m"]
-    rests: Bool[np.ndarray, " m"]
+    forced: Float[np.ndarray, " m"]  #: Coulomb friction that the plan has not, over mass 2.
+    rests: Bool[np.ndarray, " m"]  #: Whether mass 1 is planned to rest in a sample.
+    #: State after a sample, of that before, the acceleration and the losses; while mass 1 slips and
+    #: while it rests.
     steps: tuple[Float[np.ndarray, "4 6"], Float[np.ndarray, "4 6"]]
-    low: Float[np.ndarray, " m"]
-    high: Float[np.ndarray, " m"]
-    ahead: tuple[Motion, Bounds]
-    taken: Gain
+    low: Float[np.ndarray, " m"]  #: Lower bounds of the acceleration that corrects.
+    high: Float[np.ndarray, " m"]  #: Upper bounds of the acceleration that corrects.
+    ahead: tuple[Motion, Bounds]  #: Motion and bounds in the direction of the series, for `goal`.
+    taken: Gain  #: Gain of what is seen of mass 2 (`seen`).
 
     @classmethod
     def of(

@@ -25,15 +25,10 @@ class VelocityLag:
     measured ones, and d = a tau with the acceleration a. It is a regression of d on a: of mass 2,
     a = ks (x1 - x2) / m2 by positions alone; where the load is not measured of mass 1, by its
     velocities, which is exact for differences of positions.
-
-    Attributes
-    ----------
-    products, squares
-        Sums of a d and of a^2 [m^2/s^3, m^2/s^4 or rad likewise].
     """
 
-    products: float = 0.0
-    squares: float = 0.0
+    products: float = 0.0  #: Sum of a d [m^2/s^3 or rad^2/s^3].
+    squares: float = 0.0  #: Sum of a^2 [m^2/s^4 or rad^2/s^4].
 
     def after(
         self, last: SensorSample, sample: SensorSample, arm: FlexibleArm | None

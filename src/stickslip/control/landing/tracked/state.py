@@ -15,62 +15,31 @@ from stickslip.records import SensorSample, quantity_field
 
 @dataclass(frozen=True, kw_only=True)
 class TrackedState(LandingState):
-    """State of a landing by tracked series.
+    """State of a landing by tracked series."""
 
-    Attributes
-    ----------
-    begun
-        Phases before the present target.
-    travel
-        Length of the move.
-    best
-        Smallest miss of the target so far.
-    integral
-        Effort of the integral action.
-    behind
-        Planned velocity of mass 1 less the measured one, filtered.
-    efforts
-        Sent in the present series.
-    drive
-        Friction, delay and gain of the drive by the series so far; None before the first.
-    load
-        Stiffness and losses of the load by the series so far.
-    deviations
-        Of the corrected series from the plan, in the present sample and some before.
-    goal
-        Final deviation that the correction of the series aims at.
-    computed
-        Whether the load was computed in some sample of the last series.
-    farther
-        Whether series that correct lead farther, as shorter ones have not helped.
-    nudges, nudge
-        Pulses on mass 1 alone since the last series; samples and effort left of one.
-    spent
-        Why no further series shall follow; None if one may.
-    lag
-        Of measured velocities.
-    last
-        The last sample with a position and a velocity of mass 1, its load as measured or, where it
-        is not measured, as computed from the motion of mass 1; None before the first.
-    """
-
-    begun: int = 0
-    travel: float = quantity_field("position", default=0.0)
-    best: float = quantity_field("position", default=inf)
-    integral: float = quantity_field("effort", default=0.0)
+    begun: int = 0  #: Phases before the present target.
+    travel: float = quantity_field("position", default=0.0)  #: Length of the move.
+    best: float = quantity_field("position", default=inf)  #: Smallest miss of the target so far.
+    integral: float = quantity_field("effort", default=0.0)  #: Effort of the integral action.
+    #: Planned velocity of mass 1 less the measured one, filtered.
     behind: float = quantity_field("velocity", default=0.0)
-    efforts: Growing[float] = Growing()
+    efforts: Growing[float] = Growing()  #: Sent in the present series.
+    #: The last sample with a position and a velocity of mass 1, its load as measured or, where it
+    #: is not measured, as computed from the motion of mass 1; None before the first.
     last: SensorSample | None = None
-    lag: VelocityLag = VelocityLag()
+    lag: VelocityLag = VelocityLag()  #: Of measured velocities.
+    #: Friction, delay and gain of the drive by the series so far; None before the first.
     drive: DriveFit | None = None
-    load: LoadFit = LoadFit()
+    load: LoadFit = LoadFit()  #: Stiffness and losses of the load by the series so far.
+    #: Of the corrected series from the plan, in the present sample and some before.
     deviations: tuple[Deviation, ...] = ()
-    goal: Goal = NONE
-    computed: bool = False
-    spent: str | None = None
+    goal: Goal = NONE  #: Final deviation that the correction of the series aims at.
+    computed: bool = False  #: Whether the load was computed in some sample of the last series.
+    spent: str | None = None  #: Why no further series shall follow; None if one may.
+    #: Whether series that correct lead farther, as shorter ones have not helped.
     farther: bool = False
-    nudges: int = 0
-    nudge: tuple[int, float] = (0, 0.0)
+    nudges: int = 0  #: Pulses on mass 1 alone since the last series.
+    nudge: tuple[int, float] = (0, 0.0)  #: Samples and effort left of one.
 
     @property
     def series_since_target(self) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -20,9 +20,9 @@ from stickslip.estimation.energy.published.sensor_noise import (
     sensor_noise_of,
 )
 from stickslip.estimation.energy.samples import check_fits, filtered_samples
-from stickslip.estimation.fit.fitted import Fit, RowsEstimator
+from stickslip.estimation.fit.fitted import LeastSquaresEstimator
 from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
-from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
+from stickslip.estimation.fit.solve import check_excited
 from stickslip.estimation.online.faults.admission import restart_admission, set_admission
 from stickslip.estimation.online.faults.guard import set_guard
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
@@ -34,7 +34,6 @@ from stickslip.estimation.settings import (
     check_forgetting_factor,
     check_given,
     first_guesses,
-    options_of,
 )
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.records import (
@@ -56,7 +55,7 @@ _NOTEWORTHY_NOISE = 0.001
 
 
 @dataclass(frozen=True, kw_only=True)
-class PublishedEnergyEstimator(OnlineMethod, RowsEstimator):
+class PublishedEnergyEstimator(OnlineMethod, LeastSquaresEstimator):
     """Coulomb and viscous friction from the energy balance, as published.
 
     Input energy less stored energy is regressed on the distance travelled and the integral of the
@@ -130,6 +129,7 @@ class PublishedEnergyEstimator(OnlineMethod, RowsEstimator):
     initial_variance: float = 1e3
     cutoff: float | None = None
     effort_delay: float = 0.0
+    name: ClassVar[str] = "published-energy"
 
     def __post_init__(self) -> None:
         units = {
@@ -157,11 +157,6 @@ class PublishedEnergyEstimator(OnlineMethod, RowsEstimator):
             raise InputError("printed_compensation_of_settled_sums")
         if self.error_terms and self.compensation == "none":
             raise InputError("error_terms_uncompensated")
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "published-energy"
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:  # noqa: ARG002
         """Return the names of the online estimates in their order, Coulomb friction first.
@@ -295,19 +290,6 @@ class PublishedEnergyEstimator(OnlineMethod, RowsEstimator):
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return P (Eq. 4.7), whose scale is that of a level noise of 1 J."""
         return covariance_in(state)
-
-    def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report."""
-        rows = self.regression(log)
-        provenance = provenance_of(log, options_of(self))
-        return Fit(
-            estimate=solve(rows, estimator=self.name, provenance=provenance),
-            rows=rows,
-            inertia=self.inertia,
-            load_inertia=self.load_inertia,
-            stiffness=self.stiffness,
-            cutoff=self.cutoff,
-        )
 
     def regression(self, log: AxisLog) -> Regression:
         """Return rows whose least-squares solution is what the recursion ends at.

@@ -19,23 +19,16 @@ FILTER_ORDER = 4
 class SensorNoise:
     """Standard deviations of the white noise of an axis' sensors.
 
-    Attributes
-    ----------
-    position, load_position
-        [m or rad].
-    velocity, load_velocity
-        [m/s or rad/s].
-
     Raises
     ------
     InputError
         If one is negative.
     """
 
-    position: float
-    velocity: float
-    load_position: float
-    load_velocity: float
+    position: float  #: [m or rad].
+    velocity: float  #: [m/s or rad/s].
+    load_position: float  #: [m or rad].
+    load_velocity: float  #: [m/s or rad/s].
 
     def __post_init__(self) -> None:
         for name, unit in (("position", "m or rad"), ("velocity", "m/s or rad/s")):

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -149,16 +149,12 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
     largest_delay: int = 0
     select: bool = True
     tuning: Tuning = Tuning()
+    name: ClassVar[str] = "maximum-likelihood-process-noise"
 
     def __post_init__(self) -> None:
         check_given(self, positive, {"inertia": "kg or kg m^2"})
         whole("largest_delay", self.largest_delay, unit="samples")
         _ = self.terms  # checks that offset and per_direction go together
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "maximum-likelihood-process-noise"
 
     @property
     def terms(self) -> FrictionTerms:
@@ -434,8 +430,7 @@ def _scaled(size: float, column: Column) -> Column:
     return lambda motion: size * column(motion)
 
 
-_CHANGE = "_change"
-"""End of the name of the change of a shape from its value in the selection."""
+_CHANGE = "_change"  # end of the name of the change of a shape from its value in the selection
 _NOT_REPORTED = ("_excess", _CHANGE)
 """Ends of the names of coefficients that are no parameters of the axis."""
 

@@ -41,8 +41,7 @@ class Tuning:
     smoothing_time: float = 0.03
     """Window of the signals that the first guess and the rate of the effort come from [s]. Short
     against a move, long against the noise; the result does not depend on the first guess."""
-    fewest_innovations: int = 50
-    """Of a log [-]: with fewer, nothing is estimated."""
+    fewest_innovations: int = 50  #: Of a log [-]; with fewer, nothing is estimated.
     fewest_means: int = 200
     """Innovations that noise levels and parameters are estimated from where samples are means of
     several [-]."""
@@ -93,8 +92,7 @@ class Tuning:
     averaging_ratio: int = 3
     """Where the innovations are not white, means of so many samples are tried, of its square, and
     so on [-]: a step of half a decade in frequency. Smaller ratios cost time."""
-    least_share: float = 0.8
-    """Least share of the time in slip that means must keep [-]."""
+    least_share: float = 0.8  #: Least share of the time in slip that means must keep [-].
     low_speed_share: float = 0.1
     """Share of the largest speed below which friction that the selection did not find is tested
     for [-]."""

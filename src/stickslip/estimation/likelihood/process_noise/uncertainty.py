@@ -200,29 +200,14 @@ def whiteness_probability(values: Float[np.ndarray, " n"]) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseLevels:
-    """Noise of a log and forces on its axis.
+    """Noise of a log and forces on its axis."""
 
-    Attributes
-    ----------
-    effort
-        Standard deviation of the white noise of the logged effort [N or N m].
-    white_force
-        Of a white disturbance force, held over each sample [N or N m].
-    correlated_force
-        Of an autoregressive disturbance force [N or N m].
-    time_constant
-        Its correlation time [s].
-    position
-        Of the measured position; step/sqrt(12) of an encoder [m or rad].
-    velocity
-        Of the measured velocity [m/s or rad/s]; without effect if none is measured.
-    """
-
-    effort: float
-    white_force: float = 0.0
-    correlated_force: float = 0.0
-    time_constant: float = 0.1
-    position: float
+    effort: float  #: Standard deviation of the white noise of the logged effort [N or N m].
+    white_force: float = 0.0  #: Of a white disturbance force, held over each sample [N or N m].
+    correlated_force: float = 0.0  #: Of an autoregressive disturbance force [N or N m].
+    time_constant: float = 0.1  #: Its correlation time [s].
+    position: float  #: Of the measured position; step/sqrt(12) of an encoder [m or rad].
+    #: Of the measured velocity [m/s or rad/s]; without effect if none is measured.
     velocity: float = 1.0
 
 

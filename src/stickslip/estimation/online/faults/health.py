@@ -6,35 +6,22 @@ from typing import Any
 
 @dataclass(frozen=True, kw_only=True)
 class OnlineHealth:
-    """What an online estimator has seen, rejected and repaired so far.
+    """What an online estimator has seen, rejected and repaired so far."""
 
-    Attributes
-    ----------
-    samples
-        Number of samples.
-    missing_samples
-        Values that were not finite or impossible (effort, and motion of each mass).
-    position_glitches, velocity_glitches, effort_glitches
-        Values that contradicted those before them and were not used.
-    motion_steps
-        Contradictions that lasted and were accepted, such as an encoder that was homed again.
-    force_events
-        Samples that only an unknown force explains; friction did not learn from them.
-    resets
-        Times that a state which was not finite or not plausible was replaced by the last valid one.
-    force_noise
-        Standard deviation of the disturbance force, given or estimated [N or N m]; None if the
-        method has none.
-    """
-
-    samples: int
+    samples: int  #: Number of samples.
+    #: Values that were not finite or impossible (effort, and motion of each mass).
     missing_samples: int
-    position_glitches: int
-    velocity_glitches: int
-    effort_glitches: int
+    position_glitches: int  #: Values that contradicted those before them and were not used.
+    velocity_glitches: int  #: Values that contradicted those before them and were not used.
+    effort_glitches: int  #: Values that contradicted those before them and were not used.
+    #: Contradictions that lasted and were accepted, such as an encoder that was homed again.
     motion_steps: int
+    #: Samples that only an unknown force explains; friction did not learn from them.
     force_events: int
+    #: Times that a state which was not finite or not plausible was replaced by the last valid one.
     resets: int
+    #: Standard deviation of the disturbance force, given or estimated [N or N m]; None if the
+    #: method has none.
     force_noise: float | None
 
     @property

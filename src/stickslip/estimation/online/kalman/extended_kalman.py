@@ -8,6 +8,7 @@ its exact derivatives, through stops and breakaways too as soon as their instant
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -118,6 +119,7 @@ class ExtendedKalmanFilter(OnlineMethod):
     initial_deviations: Mapping[str, float] | None = None
     exact_events: bool = True
     memory: int = 2048
+    name: ClassVar[str] = "ekf"
 
     def __post_init__(self) -> None:
         positive("inertia", self.inertia, "kg or kg m^2")
@@ -136,11 +138,6 @@ class ExtendedKalmanFilter(OnlineMethod):
                     non_negative(f"{name.replace('_', ' ')} of {key}", value, "SI")
             object.__setattr__(self, name, given)
         whole("memory", self.memory, unit="samples")
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return "ekf"
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated, in the order of the online estimates."""

@@ -74,8 +74,7 @@ _RESTING = 4.0  # standard deviations of the position within which an axis may b
 _DUE = 40.0
 """Standard deviations of the position that a resting axis should have moved by, until it is certain
 that static friction holds it; so many that a slow reversal is no rest."""
-_PLAUSIBLE = 5.0
-"""Friction over the largest effort beyond which an estimate is not plausible."""
+_PLAUSIBLE = 5.0  # friction over the largest effort beyond which an estimate is not plausible
 
 
 @compiled(inline=True)

@@ -13,8 +13,6 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 
-__all__ = ["predicted"]
-
 _SMALL = 1e-2  # beta below which the series are more exact
 
 

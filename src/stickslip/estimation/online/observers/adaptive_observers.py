@@ -137,7 +137,7 @@ class FriedlandParkObserver(AdaptiveObserver):
     """
 
     exponent: float = 1.0
-    _name: ClassVar[str] = "friedland-park"
+    name: ClassVar[str] = "friedland-park"
     _kernel: ClassVar[Any] = at.friedland_park_step
 
     def __post_init__(self) -> None:
@@ -163,7 +163,7 @@ class YazdizadehKhorasaniObserver(AdaptiveObserver):
     ('viscous_friction', 'coulomb_friction')
     """
 
-    _name: ClassVar[str] = "yazdizadeh-khorasani"
+    name: ClassVar[str] = "yazdizadeh-khorasani"
     _kernel: ClassVar[Any] = at.yazdizadeh_khorasani_step
 
 
@@ -187,7 +187,7 @@ class LiaoChienObserver(AdaptiveObserver):
     """
 
     bandwidth: float = 10.0
-    _name: ClassVar[str] = "liao-chien"
+    name: ClassVar[str] = "liao-chien"
     _kernel: ClassVar[Any] = at.liao_chien_step
 
     def __post_init__(self) -> None:
@@ -238,7 +238,7 @@ class GradientEstimator(AdaptiveObserver):
 
     viscous: bool = True
     bandwidth: float = 20.0
-    _name: ClassVar[str] = "gradient"
+    name: ClassVar[str] = "gradient"
     _kernel: ClassVar[Any] = at.gradient_step
 
     def __post_init__(self) -> None:

@@ -56,7 +56,7 @@ class ForceObserver(OnlineMethod):
     #: Samples by which the effort acts after it is logged [-], also a fraction; negative if the
     #: effort is logged late. At most 30.
     effort_delay: float = 0.0
-    _name: ClassVar[str]
+    name: ClassVar[str]
     _kernel: ClassVar[Any]
 
     def __post_init__(self) -> None:
@@ -66,11 +66,6 @@ class ForceObserver(OnlineMethod):
         known = (*(() if self.inertia is not None else ("mass", "inertia")), *_FRICTION)
         guesses = first_guesses(self.initial_values, known)
         object.__setattr__(self, "initial_values", guesses)
-
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-        return type(self)._name
 
     @property
     def kernel(self) -> Kernel:

@@ -46,7 +46,7 @@ class LeastSquaresObserver(ForceObserver):
 
     inertia: float | None = None
     forgetting_factor: float = 1.0
-    _name: ClassVar[str] = "rls"
+    name: ClassVar[str] = "rls"
     _kernel: ClassVar[Any] = least_squares_step
 
     def __post_init__(self) -> None:

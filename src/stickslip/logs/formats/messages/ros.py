@@ -11,8 +11,7 @@ from stickslip.errors import RequiredExtra
 from stickslip.logs.formats.messages.topics import Message, table_of_topics
 from stickslip.logs.table import Table
 
-_FIRST = 50
-"""Messages of a topic that show its columns."""
+_FIRST = 50  # messages of a topic that show its columns
 
 _LARGEST_MESSAGE = 65_536
 """Bytes of a message with numbers over time: larger ones are images and scans."""

@@ -14,8 +14,7 @@ _LARGEST_ARRAY = 100
 """Numbers in an array whose columns are listed: a longer one is an image or a scan."""
 
 _DEEPEST = 10
-_AT_ONCE = 5_000
-"""Messages that are kept as they are before their numbers are copied."""
+_AT_ONCE = 5_000  # messages that are kept as they are before their numbers are copied
 
 _CARRIERS = frozenset({"values", "value", "data", "interface_values"})
 """Fields that add nothing to the names of what they hold."""

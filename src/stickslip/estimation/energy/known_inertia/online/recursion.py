@@ -47,8 +47,7 @@ from stickslip.estimation.online.recursion import (
     update,
 )
 
-_LARGER = 100.0
-"""How many times what the samples show the variance of a load's first stretch is."""
+_LARGER = 100.0  # how many times what the samples show the variance of a load's first stretch is
 
 _GATE = 64.0  # squared innovation over its variance beyond which there was an unknown force
 _GATE_MEMORY = 1.0 / 256.0  # weight of a row in the running mean that scales the gate
@@ -58,11 +57,9 @@ _LARGEST_ADAPTATION = 16.0  # factor of an adaptation
 _OVERCONFIDENT = 2.0
 """Mismatch beyond which what was learned so far is trusted less, and q follows at once: 1 in 10^5
 adaptations exceeds it by chance."""
-_PLAUSIBLE = 5.0
-"""Friction over the largest effort beyond which an estimate is not plausible."""
+_PLAUSIBLE = 5.0  # friction over the largest effort beyond which an estimate is not plausible
 
-_TRUST = 7e-4
-"""Of friction's root mean square: no model is trusted beyond that."""
+_TRUST = 7e-4  # of friction's root mean square: no model is trusted beyond that
 
 _Columns = tuple[float, float, float, float, float, float, float, float]
 

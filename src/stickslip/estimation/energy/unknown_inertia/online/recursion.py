@@ -50,8 +50,7 @@ _LARGEST_NOISE = 6e-3
 longer distances: such a share of noise lowers an estimated inertia by as much."""
 _SMOOTHER = 0.3  # change of the ratio then
 _WAITING = 4.0  # blocks of rows before the first one: innovations of a first guess are all alike
-_PLAUSIBLE = 5.0
-"""Friction over the largest effort beyond which an estimate is not plausible."""
+_PLAUSIBLE = 5.0  # friction over the largest effort beyond which an estimate is not plausible
 
 
 @compiled(inline=True)
