@@ -33,8 +33,6 @@ from stickslip.records import (
     quantity_name,
 )
 
-__all__ = ["Breakaway", "DwellTuning", "Rest", "RestedLog", "breakaways", "rests_of", "with_dwell"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class DwellTuning:
@@ -70,39 +68,22 @@ class DwellTuning:
 
 @dataclass(frozen=True, kw_only=True)
 class Breakaway:
-    """The start of a motion after a rest.
+    """The start of a motion after a rest."""
 
-    Attributes
-    ----------
-    dwell
-        Time at rest [s].
-    level
-        Effort against friction at the breakaway, over the friction of the model at zero speed
-        [N or N m].
-    std
-        Standard deviation of the level by noise of effort and position [N or N m].
-    """
-
-    dwell: float
+    dwell: float  #: Time at rest [s].
+    #: Effort against friction at the breakaway, over the friction of the model at zero speed
+    #: [N or N m].
     level: float
-    std: float
+    std: float  #: Standard deviation of the level by noise of effort and position [N or N m].
 
 
 @dataclass(frozen=True, kw_only=True)
 class RestedLog:
-    """A prepared log with its motion and its estimate.
-
-    Attributes
-    ----------
-    log, motions
-        As prepared.
-    estimate
-        Of this log, with the usual names of all parameters.
-    """
+    """A prepared log with its motion and its estimate."""
 
     log: PreparedLog
     motions: SlipMotions
-    estimate: FrictionEstimate
+    estimate: FrictionEstimate  #: Of this log, with the usual names of all parameters.
 
     @cached_property
     def resolution(self) -> float:
@@ -114,22 +95,12 @@ class RestedLog:
 
 @dataclass(frozen=True, kw_only=True)
 class Rest:
-    """A rest between two slips.
-
-    Attributes
-    ----------
-    of
-        The log.
-    motion, samples
-        Stretch of the log, and the samples of the rest in it.
-    direction
-        Sign of the velocity of the slip after it [-].
-    """
+    """A rest between two slips."""
 
     of: RestedLog
-    motion: SlipMotion
-    samples: slice
-    direction: float
+    motion: SlipMotion  #: Stretch of the log.
+    samples: slice  #: Of the rest, in the stretch.
+    direction: float  #: Sign of the velocity of the slip after it [-].
 
 
 def breakaways(
@@ -244,20 +215,13 @@ def _line(
 
 @dataclass(frozen=True, kw_only=True)
 class _Line:
-    """Levels over the logarithm of dwell times, each with a variance of its own.
+    """Levels over the logarithm of dwell times, each with a variance of its own."""
 
-    Attributes
-    ----------
-    values, covariance
-        Level at 1 s and growth in a decade, shape (p,) and (p, p) [SI]; of a constant the level.
-    residual, leverage
-        Of each row divided by its standard deviation [-], shape (n,).
-    """
-
+    # Level at 1 s and growth in a decade; of a constant the level alone [SI]
     values: Float[np.ndarray, " p"]
-    covariance: Float[np.ndarray, "p p"]
-    residual: Float[np.ndarray, " n"]
-    leverage: Float[np.ndarray, " n"]
+    covariance: Float[np.ndarray, "p p"]  # of the values [SI]
+    residual: Float[np.ndarray, " n"]  # of each row divided by its standard deviation [-]
+    leverage: Float[np.ndarray, " n"]  # of each row [-]
 
     @classmethod
     def of(

@@ -13,8 +13,6 @@ from stickslip.estimation.selection.terms import DELAY, ELASTIC, Term
 from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
 from stickslip.records import TermScore
 
-__all__ = ["DELAY_TERM", "LARGEST_STEP", "Model", "smallest_ratio", "testable"]
-
 _ROWS_PER_COLUMN = 3
 """Rows of a model for each of its columns, below which no further term is tested."""
 
@@ -27,36 +25,17 @@ LARGEST_STEP = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """A force balance with some terms beyond inertia, viscous and Coulomb friction and offset.
+    """A force balance with some terms beyond inertia, viscous and Coulomb friction and offset."""
 
-    Attributes
-    ----------
-    rows
-        The windows, with the delay of the effort that belongs to the model.
-    inertia
-        Known mass or inertia [kg or kg m^2]; None if it is estimated.
-    offset
-        Whether a constant effort acts.
-    viscous
-        Whether friction has a part that is proportional to the speed.
-    chosen
-        Terms and their shapes, in the order of their selection.
-    scores
-        Of every term that was looked at.
-    settled
-        Whether the delay of the effort was found within its bounds.
-    origin
-        Position at which a ripple has the phase zero [m or rad].
-    """
-
-    rows: WindowRows
-    inertia: float | None
-    offset: bool = True
-    viscous: bool = True
+    rows: WindowRows  #: The windows, with the delay of the effort that belongs to the model.
+    inertia: float | None  #: Known mass or inertia [kg or kg m^2]; None if it is estimated.
+    offset: bool = True  #: Whether a constant effort acts.
+    viscous: bool = True  #: Whether friction has a part that is proportional to the speed.
+    #: Terms and their shapes, in the order of their selection.
     chosen: tuple[tuple[Term, Shape], ...] = ()
-    scores: tuple[TermScore, ...] = ()
-    settled: bool = True
-    origin: float = 0.0
+    scores: tuple[TermScore, ...] = ()  #: Of every term that was looked at.
+    settled: bool = True  #: Whether the delay of the effort was found within its bounds.
+    origin: float = 0.0  #: Position at which a ripple has the phase zero [m or rad].
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -17,26 +17,6 @@ from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, count_of, quantity_name
 
-__all__ = [
-    "ROUNDING",
-    "PlausibilityTuning",
-    "coarse_effort",
-    "effort_step",
-    "implausible_time",
-    "implausible_units",
-    "reversed_sign",
-    "ripple_of_degrees",
-    "too_slow_sampling",
-    "unexplained",
-    "unexplained_effort",
-    "unsettled_delay",
-    "untested",
-    "within_presliding",
-    "wrong_delay",
-    "wrong_inertia",
-    "wrong_model",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PlausibilityTuning:

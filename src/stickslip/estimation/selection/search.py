@@ -28,17 +28,6 @@ from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
 from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import TermScore
 
-__all__ = [
-    "SearchTuning",
-    "best_shape",
-    "half_width",
-    "noisy_elasticity",
-    "refined",
-    "scanned_delay",
-    "search",
-    "with_terms",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SearchTuning:

@@ -21,15 +21,6 @@ from stickslip.estimation.selection.terms import (
 from stickslip.estimation.weak_form.rows import FEWEST_FOLDS
 from stickslip.records import FrictionEstimate
 
-__all__ = [
-    "IntervalTuning",
-    "between_moves",
-    "between_windows",
-    "of_other_terms",
-    "of_unknown_asymmetry",
-    "of_unknown_delay",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class IntervalTuning:

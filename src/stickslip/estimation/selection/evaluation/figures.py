@@ -18,8 +18,6 @@ from stickslip.friction.estimated_law import (
 )
 from stickslip.records import FrictionEstimate
 
-__all__ = ["energy_stretches", "force_rows", "velocity_law"]
-
 
 def force_rows(estimate: FrictionEstimate, model: Model, regression: Regression) -> ForceRows:
     """Return the effort of each window less inertia, delay and forces of position.

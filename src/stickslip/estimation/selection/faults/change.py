@@ -9,8 +9,6 @@ from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model, testable
 from stickslip.estimation.selection.significance import Partial, significance
 
-__all__ = ["ChangeTuning", "sudden_change"]
-
 _TINY = np.finfo(float).tiny
 
 

@@ -11,8 +11,6 @@ from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.records import AxisLog
 
-__all__ = ["SaturationTuning", "saturates", "without_saturation"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SaturationTuning:
