@@ -47,8 +47,7 @@ class DwellTuning:
     10 samples of 1 ms where friction drops by 20 % of the effort."""
     after: int = 8
     """Samples of the motion that time the breakaway: friction and effort change little in them."""
-    trials: int = 4
-    """Instants tried a sample; the uncertainty is larger than their distance."""
+    trials: int = 4  #: Instants tried a sample; the uncertainty is larger than their distance.
     slow_power: float = 4.0
     """Power of the time with which the axis moves as friction falls slowly [-]; the difference to
     friction that falls at once widens the interval of the breakaway friction."""
@@ -59,8 +58,7 @@ class DwellTuning:
     """Largest step of the effort around the breakaway over the median one, or over the resolution
     [-]: beyond it the effort jumps, and the level within the jump is not known. Noise makes it 3 to
     4."""
-    fewest: int = 6
-    """Breakaways for a test [-]."""
+    fewest: int = 6  #: Breakaways for a test [-].
     least_spread: float = 2.0
     """Second longest over second shortest dwell time for a test [-]: one rest alone shows no
     growth."""

@@ -19,8 +19,7 @@ _ROWS_PER_COLUMN = 3
 _ELASTIC_DAMPING = 0.2
 """Twice the largest damping ratio of an elastic drive, its friction included [-]."""
 
-LARGEST_STEP = 3.0
-"""Of a delay [samples], within which the effort is nearly linear in it."""
+LARGEST_STEP = 3.0  #: Of a delay [samples], within which the effort is nearly linear in it.
 
 
 @dataclass(frozen=True, kw_only=True)

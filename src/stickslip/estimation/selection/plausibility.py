@@ -35,14 +35,12 @@ class PlausibilityTuning:
     """Samples that half of the time in motion must have in a move [-]: its ramps have a quarter of
     them, which the narrowest window (7 samples) needs. At 20 samples, inertias are up to 35 % off;
     at 40 samples, within 3 %."""
-    fastest_sampling: float = 2e-3
-    """Sampling time [s] below which short moves are noise."""
+    fastest_sampling: float = 2e-3  #: Sampling time [s] below which short moves are noise.
     largest_inertia_error: float = 0.02
     """Of a given inertia, beyond which it is reported [-]: data sheets are as exact."""
     largest_delay_error: float = 1.0
     """Of a given delay of the effort, beyond which it is reported [samples]."""
-    largest_p_value: float = 1e-3
-    """Of these errors."""
+    largest_p_value: float = 1e-3  #: Of these errors.
     slowest_sampling: float = 0.2
     """Sampling time from which moves of a positioning axis fit between two samples [s]."""
     least_deviations: float = 5.0
@@ -63,8 +61,7 @@ class PlausibilityTuning:
     """Distinct efforts: steps of more of them are small."""
     largest_step: float = 0.15
     """Of the effort over Coulomb friction [-], from which rounding may turn viscous friction."""
-    least_rise: float = 0.5
-    """The same over the largest viscous friction [-]."""
+    least_rise: float = 0.5  #: The same over the largest viscous friction [-].
     dithered: float = 0.5
     """Noise of the effort over its step [-], above which rounding errors are noise."""
     unsigned_level: float = 0.05
@@ -76,8 +73,7 @@ class PlausibilityTuning:
     a bus or an operating system delays them by less."""
 
 
-ROUNDING = float(np.sqrt(12.0))
-"""Step over the standard deviation of its rounding error [-]."""
+ROUNDING = float(np.sqrt(12.0))  #: Step over the standard deviation of its rounding error [-].
 _LATTICE = 1e-5  # relative, to which readings of an encoder are multiples of its step
 _FEWEST_BITS = 9
 _MOST_BITS = 32

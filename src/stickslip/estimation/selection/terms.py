@@ -14,26 +14,21 @@ from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
 from stickslip.estimation.weak_form.rows import ANY, Column, Shape, model_effort
 from stickslip.records import AxisKind
 
-DELAY = "delay"
-"""Name of the term that is the derivative of the effort with respect to its delay."""
+DELAY = "delay"  #: Name of the term that is the derivative of the effort with respect to its delay.
 
-DIRECTION = "direction"
-"""Name of the term that is the asymmetry of viscous friction."""
+DIRECTION = "direction"  #: Name of the term that is the asymmetry of viscous friction.
 
 DWELL = "dwell"
 """Name of the term that is the growth of the breakaway friction with the time at rest."""
 
-ELASTIC = "elastic"
-"""Name of the term whose column is the mean fourth derivative of the position."""
+ELASTIC = "elastic"  #: Name of the term whose column is the mean fourth derivative of the position.
 
-SATURATION = "saturation"
-"""Name of the term that is the excess of the logged effort over a limit."""
+SATURATION = "saturation"  #: Name of the term that is the excess of the logged effort over a limit.
 
 MODEL_SCALE = "model scale"
 """Name of the term that is the relative error of the effort that a model states."""
 
-DEAD_BAND = "dead band"
-"""Name of the term that is the effort lost in a dead band of the actuator."""
+DEAD_BAND = "dead band"  #: Name of the term that is the effort lost in a dead band of the actuator.
 
 POSITIVE = (0.0, np.inf)
 NEGATIVE = (-np.inf, 0.0)

@@ -45,8 +45,7 @@ class IntervalTuning:
     similar_share: float = 0.2
     """Share of the slope of the effort that no combination of the other columns explains [-], below
     which the estimate of the delay depends on what the model lacks."""
-    similar_factor: float = 5.0
-    """Factor of the standard deviation of the delay there [-]."""
+    similar_factor: float = 5.0  #: Factor of the standard deviation of the delay there [-].
     unknown_asymmetry: float = 0.1
     """Standard deviation of the difference of viscous friction per direction from their mean, over
     the mean [-], of an axis whose log does not determine it."""

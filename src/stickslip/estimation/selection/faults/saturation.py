@@ -16,8 +16,7 @@ from stickslip.records import AxisLog
 class SaturationTuning:
     """What proves that a drive saturates."""
 
-    highest_followed: float = 0.98
-    """Effort over the limit [-], below which the drive follows."""
+    highest_followed: float = 0.98  #: Effort over the limit [-], below which the drive follows.
     fewest_followed: float = 0.4
     """Share of the windows below the limit [-]: a limit that is met in most of them is friction."""
     smallest_excess: float = 0.02
