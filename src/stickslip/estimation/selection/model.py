@@ -151,13 +151,7 @@ class Model:
         return np.array([self.rows.delay])
 
     def with_delays(self, delays: Float[np.ndarray, " k"]) -> "Model":
-        """Return the model with other delays of the effort, over the same windows if they fit.
-
-        Parameters
-        ----------
-        delays
-            As `delays` returns them [samples].
-        """
+        """Return the model with other `delays` [samples], over the same windows if they fit."""
         return self.shifted(float(delays[0]))
 
     def stepped(self, largest_delay: float) -> tuple["Model", float]:

@@ -238,13 +238,7 @@ def unsettled_delay(model: Model, tuning: SearchTuning) -> str:
 
 
 def untested(model: Model) -> str:
-    """Return that no term could be tested; empty if some could.
-
-    Parameters
-    ----------
-    model
-        As selected.
-    """
+    """Return that no term could be tested; empty if some could."""
     if model.scores or model.rows.size == 0 or testable(model):
         return ""
     return (
@@ -260,17 +254,7 @@ def unexplained_effort(
     rows: ModelRows,
     tuning: PlausibilityTuning,
 ) -> str:
-    """Return how much of the effort no term and no noise explains; empty if it is little.
-
-    Parameters
-    ----------
-    log, motions
-        As prepared.
-    model, rows
-        As fitted.
-    tuning
-        What is plausible.
-    """
+    """Return how much of the effort no term and no noise explains; empty if it is little."""
     if model.rows.size <= rows.columns.shape[1]:
         return ""
     weight = model.rows.weight
@@ -337,12 +321,7 @@ def coarse_effort(model: Model, motions: SlipMotions, unit: str, tuning: Plausib
 def unsigned_effort(log: AxisLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
     """Return that the effort may lack its sign; empty if it has both, or stays away from zero.
 
-    Parameters
-    ----------
-    log, motions
-        As prepared, of an effort that no model explains.
-    tuning
-        What is plausible.
+    It is asked of an effort that no model explains.
     """
     size = np.abs(log.effort)
     near = float(np.mean(size < tuning.unsigned_level * np.max(size)))

@@ -169,13 +169,7 @@ def _left(model: Model) -> float:
 
 
 def noisy_elasticity(rows: WindowRows, motions: SlipMotions) -> bool:
-    """Return whether the fourth derivative of the position is its noise.
-
-    Parameters
-    ----------
-    rows, motions
-        Of a log.
-    """
+    """Return whether the fourth derivative of the position is its noise."""
     noise = motions.noise_of(rows.weight.fourth())
     return float(np.sqrt(np.mean(rows.snap**2))) < LEAST_SIGNAL_TO_NOISE * noise
 

@@ -172,12 +172,7 @@ def of_unknown_asymmetry(
     standard deviation of the posterior is the asymmetry that counts. None if the model has it, or
     may not.
 
-    Parameters
-    ----------
-    model, rows, tuning
-        Of the fit.
-    terms
-        Those that may be selected.
+    ``terms`` are those that may be selected.
     """
     term = next((term for term in terms if term.name == DIRECTION), None)
     if term is None or DIRECTION in model.names or not (model.offset and model.viscous):
