@@ -28,32 +28,6 @@ def check_apart(files: Mapping[str, Path | None]) -> None:
             raise InputError("same_output", where=str(same), names=(option, other))
 
 
-def print_result(
-    document: Callable[[], Mapping[str, Any]],
-    text: "Callable[[Console], None]",
-    *,
-    json: str | None,
-    files: Mapping[str, Path | None],
-) -> None:
-    """Print a result as text, and as JSON on standard output if ``--json -`` asks for it.
-
-    ``document`` returns the result as plain JSON types, ``text`` prints it for a reader, and
-    ``files`` are the written ones by their names.
-    """
-    to_stdout = json == "-"
-    if to_stdout:
-        from stickslip.tasks import json_text
-
-        with reader_may_leave():
-            sys.stdout.write(json_text(document()))
-    console = console_on("error" if to_stdout else "output")
-    with reader_may_leave():
-        text(console)
-        for name, path in files.items():
-            if path is not None:
-                console.print(f"{name}: {path}", soft_wrap=True)
-
-
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class JsonFile:
@@ -97,10 +71,24 @@ class JsonFile:
         text: "Callable[[Console], None]",
         **others: Path | None,
     ) -> None:
-        """Print the result as `print_result` does, with these files and others by their options."""
-        files = self.named() | others
-        titles = {_TITLES.get(option, option.capitalize()): path for option, path in files.items()}
-        print_result(document, text, json=self.json, files=titles)
+        """Print the result and its files; ``--json -`` prints JSON, and the rest to standard error.
+
+        ``document`` returns the result as plain JSON types, ``text`` prints it for a reader, and
+        ``others`` are further files by their options.
+        """
+        to_stdout = self.json == "-"
+        if to_stdout:
+            from stickslip.tasks import json_text
+
+            with reader_may_leave():
+                sys.stdout.write(json_text(document()))
+        console = console_on("error" if to_stdout else "output")
+        with reader_may_leave():
+            text(console)
+            for option, path in (self.named() | others).items():
+                if path is not None:
+                    title = _TITLES.get(option, option.capitalize())
+                    console.print(f"{title}: {path}", soft_wrap=True)
 
 
 @Parameter(name="*")

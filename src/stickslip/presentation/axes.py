@@ -15,6 +15,7 @@ from stickslip.presentation.page import (
     Section,
     Text,
     Verdict,
+    headed_list,
 )
 from stickslip.presentation.table import Cell, Column, Table
 from stickslip.presentation.words import NONE, missing_parameters, or_none, value_with_half
@@ -74,15 +75,17 @@ def axes_table(found: AxesIdentification) -> Table:
     return Table(columns=columns, rows=rows, what="axes")
 
 
+def outcome(found: AxesIdentification) -> str:
+    """Return how many of the axes are identified."""
+    trusted = sum(each.estimate.status.trusted for each in found.axes.values())
+    return f"{trusted} of {len(found.axes) + len(found.unread)} axes identified"
+
+
 def axes_page(found: AxesIdentification) -> Page:
     """Return the page of all axes: the table, and a section for each axis."""
-    trusted = sum(each.estimate.status.trusted for each in found.axes.values())
-    count = len(found.axes) + len(found.unread)
     logs = [each.log for each in found.axes.values()]
     unread = [f"{axis}: {why}" for axis, why in found.unread.items()]
-    overview: list[Block] = [axes_table(found)]
-    if unread:
-        overview += [Heading("Not identified"), Listed(unread)]
+    overview = [axes_table(found), *headed_list("Not identified", unread)]
     first = next(iter(found.axes.values()))
     return Page(
         title=f"Friction of {found.name}",
@@ -90,13 +93,13 @@ def axes_page(found: AxesIdentification) -> Page:
         name=found.name,
         verdict=Verdict(
             found.trusted,
-            f"{trusted} of {count} axes identified",
-            "The values of the others are not to be used as they stand."
-            if trusted < count
-            else "The parameters of every axis are identified.",
+            outcome(found),
+            "The parameters of every axis are identified."
+            if found.trusted
+            else "The values of the others are not to be used as they stand.",
         ),
         facts=[
-            Fact("Axes", str(count)),
+            Fact("Axes", str(len(found.axes) + len(found.unread))),
             Fact("Duration", f"{max(log.duration for log in logs):.4g}\u00a0s"),
             Fact("Estimator", first.estimate.estimator),
         ],

@@ -17,6 +17,7 @@ from stickslip.presentation.page import (
     Section,
     Text,
     Verdict,
+    headed_list,
     scenario_blocks,
 )
 from stickslip.presentation.table import Cell, Column, Table
@@ -136,7 +137,7 @@ def _page(
 ) -> Page:
     """Return the page; the reasons of those that do not apply stand before the last section."""
     word = "Compared" if found.trusted else "None of the estimates can be trusted"
-    reasons = [f"{name}: {why}" for name, why in reasons_against(found).items()]
+    reasons = reasons_against(found)
     left_out = [Section("left-out", "Does not apply", [Listed(reasons)])] if reasons else []
     return Page(
         title=f"Estimators on {name}",
@@ -248,12 +249,12 @@ def _known(found: EstimatorComparison) -> str:
     return f"Given: {', '.join(parts)}." if parts else ""
 
 
-def reasons_against(found: EstimatorComparison | EstimatorStudy) -> dict[str, str]:
-    """Return why estimators do not apply, by name."""
+def reasons_against(found: EstimatorComparison | EstimatorStudy) -> list[str]:
+    """Return a sentence for each estimator that does not apply."""
     every: Sequence[ComparedEstimator | EstimatorScore] = (
         found.compared if isinstance(found, EstimatorComparison) else found.scores
     )
-    return {each.name: in_words(each.why_not) for each in every if each.why_not}
+    return [f"{each.name}: {in_words(each.why_not)}" for each in every if each.why_not]
 
 
 def score_tables(study: EstimatorStudy) -> list[Table]:
@@ -320,8 +321,7 @@ def _log_provenance(found: EstimatorComparison) -> list[Block]:
     ]
     if source is not None:
         facts.append(("SHA-256 of the input", Cell(source.sha256, "code")))
-        if source.assumptions:
-            blocks += [Heading("Assumed in reading the log"), Listed(source.assumptions)]
+        blocks += headed_list("Assumed in reading the log", source.assumptions)
     return [*blocks, Heading("Log"), Table.of_facts(facts)]
 
 

@@ -26,6 +26,7 @@ from stickslip.presentation.page import (
     Section,
     Text,
     Verdict,
+    headed_list,
 )
 from stickslip.presentation.table import Cell, Column, Table, Tone
 from stickslip.presentation.words import (
@@ -254,11 +255,10 @@ def _figures(found: Identification) -> tuple[list[Section], list[str]]:
 def _provenance(found: Identification) -> list[Block]:
     """Return notes, assumptions in reading, and the origin of the result."""
     provenance, notes = found.estimate.provenance, found.estimate.diagnostics.notes
-    blocks: list[Block] = []
-    if notes:
-        blocks += [Heading("Notes"), Listed([in_words(note) for note in notes])]
-    if provenance.assumptions:
-        blocks += [Heading("Assumed in reading the log"), Listed(provenance.assumptions)]
+    blocks = [
+        *headed_list("Notes", [in_words(note) for note in notes]),
+        *headed_list("Assumed in reading the log", provenance.assumptions),
+    ]
     facts = [
         ("Files", ", ".join(provenance.files) or "made in memory"),
         ("SHA-256 of the input", Cell(provenance.input_sha256 or NONE, "code")),

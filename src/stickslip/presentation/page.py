@@ -116,6 +116,11 @@ class Page:
     facts: Sequence[Fact] = ()
 
 
+def headed_list(heading: str, sentences: Sequence[str]) -> list[Block]:
+    """Return sentences as a list under a heading; nothing if there are none."""
+    return [Heading(heading), Listed(sentences)] if sentences else []
+
+
 def write_page(page: Page, path: Path | str) -> Path:
     """Write a page, once it is known that it can be, and return where."""
     target = Path(path)

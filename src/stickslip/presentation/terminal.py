@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from stickslip.presentation import comparison, inspection
-from stickslip.presentation.axes import axes_table
+from stickslip.presentation.axes import axes_table, outcome
 from stickslip.presentation.identification import parameter_table, validation_text
 from stickslip.presentation.positioning import page as positioning
 from stickslip.presentation.table import Column, Table, print_table
@@ -42,8 +42,7 @@ def print_identification(console: "Console", identification: Identification) -> 
     estimate = identification.estimate
     diagnostics, status = estimate.diagnostics, estimate.status
     for log in identification.logs:
-        sampling = f"one every {1e3 * log.sampling_time:.4g} ms, "
-        console.print(f"{_log(log)}, {sampling}{log.kind} axis")
+        console.print(f"{log.name}: {_sampling(log)}, {log.kind} axis")
     _listed(console, "Assumed in reading it:", estimate.provenance.assumptions)
     console.print()
     console.print(parameter_table(identification).to_rich())
@@ -107,9 +106,7 @@ def print_axes(console: "Console", found: AxesIdentification) -> None:
             if each.validation is not None and each.validation.error is None
         ],
     )
-    trusted = sum(each.estimate.status.trusted for each in found.axes.values())
-    count = len(found.axes) + len(found.unread)
-    _verdict(console, f"{trusted} of {count} axes identified.", good=found.trusted)
+    _verdict(console, f"{outcome(found)}.", good=found.trusted)
 
 
 def print_inspection(console: "Console", found: Inspection) -> None:
@@ -186,7 +183,8 @@ def print_comparison(console: "Console", found: EstimatorComparison | EstimatorS
     """Print what was compared, a row for each estimator, and why others do not apply."""
     if isinstance(found, EstimatorComparison):
         log = found.log
-        console.print(f"{_log(log)}, {log.kind} axis", soft_wrap=True)
+        samples = f"{len(log)} samples over {log.duration:.4g} s"
+        console.print(f"{log.name}: {samples}, {log.kind} axis", soft_wrap=True)
         _listed(console, "Assumed in reading it:", log.source.assumptions if log.source else ())
         console.print()
         if found.applied:
@@ -207,8 +205,7 @@ def print_comparison(console: "Console", found: EstimatorComparison | EstimatorS
         if any(each.assumes_inertia for each in found.applied):
             _listed(console, "", [comparison.assumed_inertia(found)], bullet="")
         _listed(console, "", found.notes)
-    reasons = [f"{name}: {why}" for name, why in comparison.reasons_against(found).items()]
-    _listed(console, "Does not apply:", reasons)
+    _listed(console, "Does not apply:", comparison.reasons_against(found))
     if not found.trusted:
         _verdict(console, "None of the estimates can be trusted.", good=False)
 
@@ -312,10 +309,6 @@ def print_excitation(console: "Console", designed: Excitation) -> None:
             f"Not to be trusted: such an input does not tell the {names}, whose interval reaches "
             "0 even at best. Give a longer duration, or allow more effort, speed or travel.",
         )
-
-
-def _log(log: AxisLog) -> str:
-    return f"{log.name}: {len(log)} samples over {log.duration:.4g} s"
 
 
 def _say(console: "Console", words: str, style: str = "") -> None:

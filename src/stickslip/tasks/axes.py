@@ -10,8 +10,9 @@ from typing import Any
 from stickslip.child_process import ChildProcess, answer
 from stickslip.estimation.base import EstimationTask
 from stickslip.estimation.registry import entry_of
-from stickslip.logs import AxisSchema, LogSchema, read_axes, read_schema
+from stickslip.logs import AxisSchema, LogSchema, read_axes
 from stickslip.logs.columns.assignment import one_axis as one_axis  # noqa: PLC0414 - of the front
+from stickslip.logs.reading import schema_at
 from stickslip.records import (
     AxesIdentification,
     AxisKind,
@@ -46,9 +47,8 @@ def axes_at(
     columns = None if columns == AxisSchema() else columns
     if columns is None and kind is None:
         return read_axes(path, schema)
-    if not isinstance(schema, LogSchema):
-        schema = LogSchema() if schema is None else read_schema(schema)
-    whole = schema if columns is None else schema.overridden(None, columns)
+    stated, _ = schema_at(schema)
+    whole = stated if columns is None else stated.overridden(None, columns)
     return read_axes(path, replace(whole, kind=whole.kind or kind))
 
 

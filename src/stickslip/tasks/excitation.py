@@ -17,6 +17,7 @@ from stickslip.records import (
     InputError,
     mass_name,
     positive,
+    quantity_name,
     unit_of,
     whole,
 )
@@ -155,7 +156,7 @@ def _shown(limits: "InputLimits", sensors: Sensors, kind: AxisKind) -> dict[str,
 
 def _believed(name: str, values: Mapping[str, float]) -> float:
     """Return the given value of a parameter, or of its friction in both directions."""
-    both = name.removesuffix("_positive").removesuffix("_negative")
+    both = quantity_name(name)
     return values.get(name, values.get(both, values.get(f"{both}_positive", 0.0)))
 
 
@@ -171,9 +172,8 @@ def _kind_in(path: Path) -> AxisKind:
 def _from_estimate(path: Path, kind: AxisKind, believed: Mapping[str, float]) -> dict[str, float]:
     """Return the values of an estimate that are not given, by the names of ``[axis]``."""
     held = estimate_in(path, kind)
-    known = {name.removesuffix("_positive").removesuffix("_negative") for name in believed} | {
-        "mass" for name in believed if name == "inertia"
-    }
+    known = {quantity_name(name) for name in believed}
+    known |= {"mass"} if "inertia" in believed else set[str]()
     for name, error in held.missing.items():
         if name not in known and name != "static_friction":
             raise error

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.logs import AxisSchema, LogSchema, read_log, read_schema
+from stickslip.logs import AxisSchema, LogSchema, read_log
+from stickslip.logs.reading import schema_at
 from stickslip.records import AxisLog, InputError
 
 
@@ -20,10 +21,8 @@ def log_at(
     """Read a log as `stickslip.logs.read_log`; ``columns`` take precedence over the schema."""
     if columns is None or columns == AxisSchema():
         return read_log(path, schema, axis)
-    if not isinstance(schema, LogSchema):
-        schema = LogSchema() if schema is None else read_schema(schema)
-    whole = schema.overridden(axis, columns)
-    return read_log(path, whole, None if schema.axes else axis)
+    stated, _ = schema_at(schema)
+    return read_log(path, stated.overridden(axis, columns), None if stated.axes else axis)
 
 
 def logs_at(

@@ -33,8 +33,6 @@ from stickslip.records import (
     quantity_name,
 )
 
-__all__ = ["Breakaway", "DwellTuning", "Rest", "RestedLog", "breakaways", "rests_of", "with_dwell"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class DwellTuning:
@@ -49,8 +47,7 @@ class DwellTuning:
     10 samples of 1 ms where friction drops by 20 % of the effort."""
     after: int = 8
     """Samples of the motion that time the breakaway: friction and effort change little in them."""
-    trials: int = 4
-    """Instants tried a sample; the uncertainty is larger than their distance."""
+    trials: int = 4  #: Instants tried a sample; the uncertainty is larger than their distance.
     slow_power: float = 4.0
     """Power of the time with which the axis moves as friction falls slowly [-]; the difference to
     friction that falls at once widens the interval of the breakaway friction."""
@@ -61,8 +58,7 @@ class DwellTuning:
     """Largest step of the effort around the breakaway over the median one, or over the resolution
     [-]: beyond it the effort jumps, and the level within the jump is not known. Noise makes it 3 to
     4."""
-    fewest: int = 6
-    """Breakaways for a test [-]."""
+    fewest: int = 6  #: Breakaways for a test [-].
     least_spread: float = 2.0
     """Second longest over second shortest dwell time for a test [-]: one rest alone shows no
     growth."""
@@ -70,39 +66,22 @@ class DwellTuning:
 
 @dataclass(frozen=True, kw_only=True)
 class Breakaway:
-    """The start of a motion after a rest.
+    """The start of a motion after a rest."""
 
-    Attributes
-    ----------
-    dwell
-        Time at rest [s].
-    level
-        Effort against friction at the breakaway, over the friction of the model at zero speed
-        [N or N m].
-    std
-        Standard deviation of the level by noise of effort and position [N or N m].
-    """
-
-    dwell: float
+    dwell: float  #: Time at rest [s].
+    #: Effort against friction at the breakaway, over the friction of the model at zero speed
+    #: [N or N m].
     level: float
-    std: float
+    std: float  #: Standard deviation of the level by noise of effort and position [N or N m].
 
 
 @dataclass(frozen=True, kw_only=True)
 class RestedLog:
-    """A prepared log with its motion and its estimate.
-
-    Attributes
-    ----------
-    log, motions
-        As prepared.
-    estimate
-        Of this log, with the usual names of all parameters.
-    """
+    """A prepared log with its motion and its estimate."""
 
     log: PreparedLog
     motions: SlipMotions
-    estimate: FrictionEstimate
+    estimate: FrictionEstimate  #: Of this log, with the usual names of all parameters.
 
     @cached_property
     def resolution(self) -> float:
@@ -114,22 +93,12 @@ class RestedLog:
 
 @dataclass(frozen=True, kw_only=True)
 class Rest:
-    """A rest between two slips.
-
-    Attributes
-    ----------
-    of
-        The log.
-    motion, samples
-        Stretch of the log, and the samples of the rest in it.
-    direction
-        Sign of the velocity of the slip after it [-].
-    """
+    """A rest between two slips."""
 
     of: RestedLog
-    motion: SlipMotion
-    samples: slice
-    direction: float
+    motion: SlipMotion  #: Stretch of the log.
+    samples: slice  #: Of the rest, in the stretch.
+    direction: float  #: Sign of the velocity of the slip after it [-].
 
 
 def breakaways(
@@ -244,20 +213,13 @@ def _line(
 
 @dataclass(frozen=True, kw_only=True)
 class _Line:
-    """Levels over the logarithm of dwell times, each with a variance of its own.
+    """Levels over the logarithm of dwell times, each with a variance of its own."""
 
-    Attributes
-    ----------
-    values, covariance
-        Level at 1 s and growth in a decade, shape (p,) and (p, p) [SI]; of a constant the level.
-    residual, leverage
-        Of each row divided by its standard deviation [-], shape (n,).
-    """
-
+    # Level at 1 s and growth in a decade; of a constant the level alone [SI]
     values: Float[np.ndarray, " p"]
-    covariance: Float[np.ndarray, "p p"]
-    residual: Float[np.ndarray, " n"]
-    leverage: Float[np.ndarray, " n"]
+    covariance: Float[np.ndarray, "p p"]  # of the values [SI]
+    residual: Float[np.ndarray, " n"]  # of each row divided by its standard deviation [-]
+    leverage: Float[np.ndarray, " n"]  # of each row [-]
 
     @classmethod
     def of(

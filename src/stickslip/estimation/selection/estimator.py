@@ -97,8 +97,6 @@ from stickslip.records import (
     positive,
 )
 
-__all__ = ["SelectedModelEstimator", "SelectionTuning", "judged"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SelectionTuning:

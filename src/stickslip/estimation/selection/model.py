@@ -13,50 +13,28 @@ from stickslip.estimation.selection.terms import DELAY, ELASTIC, Term
 from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
 from stickslip.records import TermScore
 
-__all__ = ["DELAY_TERM", "LARGEST_STEP", "Model", "smallest_ratio", "testable"]
-
 _ROWS_PER_COLUMN = 3
 """Rows of a model for each of its columns, below which no further term is tested."""
 
 _ELASTIC_DAMPING = 0.2
 """Twice the largest damping ratio of an elastic drive, its friction included [-]."""
 
-LARGEST_STEP = 3.0
-"""Of a delay [samples], within which the effort is nearly linear in it."""
+LARGEST_STEP = 3.0  #: Of a delay [samples], within which the effort is nearly linear in it.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """A force balance with some terms beyond inertia, viscous and Coulomb friction and offset.
+    """A force balance with some terms beyond inertia, viscous and Coulomb friction and offset."""
 
-    Attributes
-    ----------
-    rows
-        The windows, with the delay of the effort that belongs to the model.
-    inertia
-        Known mass or inertia [kg or kg m^2]; None if it is estimated.
-    offset
-        Whether a constant effort acts.
-    viscous
-        Whether friction has a part that is proportional to the speed.
-    chosen
-        Terms and their shapes, in the order of their selection.
-    scores
-        Of every term that was looked at.
-    settled
-        Whether the delay of the effort was found within its bounds.
-    origin
-        Position at which a ripple has the phase zero [m or rad].
-    """
-
-    rows: WindowRows
-    inertia: float | None
-    offset: bool = True
-    viscous: bool = True
+    rows: WindowRows  #: The windows, with the delay of the effort that belongs to the model.
+    inertia: float | None  #: Known mass or inertia [kg or kg m^2]; None if it is estimated.
+    offset: bool = True  #: Whether a constant effort acts.
+    viscous: bool = True  #: Whether friction has a part that is proportional to the speed.
+    #: Terms and their shapes, in the order of their selection.
     chosen: tuple[tuple[Term, Shape], ...] = ()
-    scores: tuple[TermScore, ...] = ()
-    settled: bool = True
-    origin: float = 0.0
+    scores: tuple[TermScore, ...] = ()  #: Of every term that was looked at.
+    settled: bool = True  #: Whether the delay of the effort was found within its bounds.
+    origin: float = 0.0  #: Position at which a ripple has the phase zero [m or rad].
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -173,13 +151,7 @@ class Model:
         return np.array([self.rows.delay])
 
     def with_delays(self, delays: Float[np.ndarray, " k"]) -> "Model":
-        """Return the model with other delays of the effort, over the same windows if they fit.
-
-        Parameters
-        ----------
-        delays
-            As `delays` returns them [samples].
-        """
+        """Return the model with other `delays` [samples], over the same windows if they fit."""
         return self.shifted(float(delays[0]))
 
     def stepped(self, largest_delay: float) -> tuple["Model", float]:

@@ -22,38 +22,17 @@ from stickslip.estimation.weak_form.rows import Column
 from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import quantity_name
 
-__all__ = [
-    "ModelRows",
-    "column_noise",
-    "model_rows",
-    "motion_summary",
-    "nuisance",
-    "width_slope",
-    "with_shapes",
-]
-
 _STEP = 1e-3  # relative, of a shape's value for its derivative
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelRows:
-    """Named columns and a target.
+    """Named columns and a target."""
 
-    Attributes
-    ----------
-    names
-        Parameter of each column.
-    columns
-        Shape (n, p) [SI].
-    target
-        Shape (n,) [N or N m].
-    log
-        Number of the log that each row is from [-], shape (n,); None for one log.
-    """
-
-    names: tuple[str, ...]
-    columns: Float[np.ndarray, "n p"]
-    target: Float[np.ndarray, " n"]
+    names: tuple[str, ...]  #: Parameter of each column.
+    columns: Float[np.ndarray, "n p"]  #: Shape (n, p) [SI].
+    target: Float[np.ndarray, " n"]  #: Shape (n,) [N or N m].
+    #: Number of the log that each row is from [-], shape (n,); None for one log.
     log: Int[np.ndarray, " n"] | None = None
 
     def values(self) -> Float[np.ndarray, " p"]:

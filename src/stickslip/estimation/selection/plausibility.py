@@ -17,26 +17,6 @@ from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, count_of, quantity_name
 
-__all__ = [
-    "ROUNDING",
-    "PlausibilityTuning",
-    "coarse_effort",
-    "effort_step",
-    "implausible_time",
-    "implausible_units",
-    "reversed_sign",
-    "ripple_of_degrees",
-    "too_slow_sampling",
-    "unexplained",
-    "unexplained_effort",
-    "unsettled_delay",
-    "untested",
-    "within_presliding",
-    "wrong_delay",
-    "wrong_inertia",
-    "wrong_model",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PlausibilityTuning:
@@ -55,14 +35,12 @@ class PlausibilityTuning:
     """Samples that half of the time in motion must have in a move [-]: its ramps have a quarter of
     them, which the narrowest window (7 samples) needs. At 20 samples, inertias are up to 35 % off;
     at 40 samples, within 3 %."""
-    fastest_sampling: float = 2e-3
-    """Sampling time [s] below which short moves are noise."""
+    fastest_sampling: float = 2e-3  #: Sampling time [s] below which short moves are noise.
     largest_inertia_error: float = 0.02
     """Of a given inertia, beyond which it is reported [-]: data sheets are as exact."""
     largest_delay_error: float = 1.0
     """Of a given delay of the effort, beyond which it is reported [samples]."""
-    largest_p_value: float = 1e-3
-    """Of these errors."""
+    largest_p_value: float = 1e-3  #: Of these errors.
     slowest_sampling: float = 0.2
     """Sampling time from which moves of a positioning axis fit between two samples [s]."""
     least_deviations: float = 5.0
@@ -83,8 +61,7 @@ class PlausibilityTuning:
     """Distinct efforts: steps of more of them are small."""
     largest_step: float = 0.15
     """Of the effort over Coulomb friction [-], from which rounding may turn viscous friction."""
-    least_rise: float = 0.5
-    """The same over the largest viscous friction [-]."""
+    least_rise: float = 0.5  #: The same over the largest viscous friction [-].
     dithered: float = 0.5
     """Noise of the effort over its step [-], above which rounding errors are noise."""
     unsigned_level: float = 0.05
@@ -96,8 +73,7 @@ class PlausibilityTuning:
     a bus or an operating system delays them by less."""
 
 
-ROUNDING = float(np.sqrt(12.0))
-"""Step over the standard deviation of its rounding error [-]."""
+ROUNDING = float(np.sqrt(12.0))  #: Step over the standard deviation of its rounding error [-].
 _LATTICE = 1e-5  # relative, to which readings of an encoder are multiples of its step
 _FEWEST_BITS = 9
 _MOST_BITS = 32
@@ -262,13 +238,7 @@ def unsettled_delay(model: Model, tuning: SearchTuning) -> str:
 
 
 def untested(model: Model) -> str:
-    """Return that no term could be tested; empty if some could.
-
-    Parameters
-    ----------
-    model
-        As selected.
-    """
+    """Return that no term could be tested; empty if some could."""
     if model.scores or model.rows.size == 0 or testable(model):
         return ""
     return (
@@ -284,17 +254,7 @@ def unexplained_effort(
     rows: ModelRows,
     tuning: PlausibilityTuning,
 ) -> str:
-    """Return how much of the effort no term and no noise explains; empty if it is little.
-
-    Parameters
-    ----------
-    log, motions
-        As prepared.
-    model, rows
-        As fitted.
-    tuning
-        What is plausible.
-    """
+    """Return how much of the effort no term and no noise explains; empty if it is little."""
     if model.rows.size <= rows.columns.shape[1]:
         return ""
     weight = model.rows.weight
@@ -361,12 +321,7 @@ def coarse_effort(model: Model, motions: SlipMotions, unit: str, tuning: Plausib
 def unsigned_effort(log: AxisLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
     """Return that the effort may lack its sign; empty if it has both, or stays away from zero.
 
-    Parameters
-    ----------
-    log, motions
-        As prepared, of an effort that no model explains.
-    tuning
-        What is plausible.
+    It is asked of an effort that no model explains.
     """
     size = np.abs(log.effort)
     near = float(np.mean(size < tuning.unsigned_level * np.max(size)))

@@ -13,8 +13,6 @@ from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.search import BENDS, best_shape, refined
 from stickslip.estimation.selection.terms import Term, two_thirds_term
 
-__all__ = ["Rival", "RivalTuning", "rival_laws", "rival_note", "rival_shifts"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class RivalTuning:
@@ -43,28 +41,14 @@ make them nonlinear (`BENDS`)."""
 
 @dataclass(frozen=True, kw_only=True)
 class Rival:
-    """The model with another law of friction or another load, and its weight.
+    """The model with another law of friction or another load, and its weight."""
 
-    Attributes
-    ----------
-    model
-        With the other law.
-    law
-        In words.
-    weight, std
-        Least-squares weight w of the other law, and its standard error [-] (`rival_laws`).
-    larger
-        Whether it has more parameters than the selected law.
-    load
-        Whether it is another load, with the selected law of friction.
-    """
-
-    model: Model
-    law: str
-    weight: float
-    std: float
-    larger: bool = False
-    load: bool = False
+    model: Model  #: With the other law.
+    law: str  #: In words.
+    weight: float  #: Least-squares weight w of the other law [-] (`rival_laws`).
+    std: float  #: Standard error of the weight [-].
+    larger: bool = False  #: Whether it has more parameters than the selected law.
+    load: bool = False  #: Whether it is another load, with the selected law of friction.
 
     @property
     def explains_as_well(self) -> bool:

@@ -28,17 +28,6 @@ from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
 from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import TermScore
 
-__all__ = [
-    "SearchTuning",
-    "best_shape",
-    "half_width",
-    "noisy_elasticity",
-    "refined",
-    "scanned_delay",
-    "search",
-    "with_terms",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SearchTuning:
@@ -46,10 +35,8 @@ class SearchTuning:
 
     shortest_window: float = 0.01
     """Half of the narrowest window [s]: drives act on friction below 100 Hz."""
-    fewest_samples: int = 3
-    """The same in samples, which the integrals over a window need."""
-    widest_window: float = 0.1
-    """Half of the widest window [s], which moves must outlast."""
+    fewest_samples: int = 3  #: The same in samples, which the integrals over a window need.
+    widest_window: float = 0.1  #: Half of the widest window [s], which moves must outlast.
     widest_encoder_window: float = 0.15
     """Half of the widest window where noise of the positions makes most of the residual [s]."""
     largest_attenuation: float = 5e-4
@@ -85,18 +72,14 @@ class SearchTuning:
     it [-]: half leaves those of any log alone whose effort or axis disturbs as much."""
     least_coverage: float = 0.8
     """Least share of the moves that wider windows must fit into, of that of narrower ones [-]."""
-    most_terms: int = 6
-    """In one model, beyond the first four."""
-    largest_delay: float = 0.1
-    """Of the effort, either way [s]."""
+    most_terms: int = 6  #: In one model, beyond the first four.
+    largest_delay: float = 0.1  #: Of the effort, either way [s].
     unexplained: float = 0.05
     """Share of the effort that is left [-], from which all delays are looked at."""
-    delay_gain: float = 0.5
-    """Share of its square that the best of them must leave at most [-]."""
+    delay_gain: float = 0.5  #: Share of its square that the best of them must leave at most [-].
     scanned_step: float = 0.005
     """Between these delays [s]: half of the narrowest window."""
-    settled_delay: float = 0.005
-    """Step of the delay below which it is found [samples]."""
+    settled_delay: float = 0.005  #: Step of the delay below which it is found [samples].
     delay_steps: int = 40
     """Steps to the delay [-]: noise of the effort makes them too short."""
     fewest_rows: int = 20
@@ -107,8 +90,7 @@ class SearchTuning:
     """Of a ripple along the travel [-]: slower forces are springs and offsets."""
     most_periods: int = 3000
     """Of a ripple along the travel [-]: bounds the memory of the search."""
-    ripple_peaks: int = 2
-    """Waves of the residual that are tried [-]."""
+    ripple_peaks: int = 2  #: Waves of the residual that are tried [-].
     ripple_share: float = 0.2
     """Share of the windows that hold one wave of the shortest ripple at most [-]: faster windows
     leave nothing of it."""
@@ -187,13 +169,7 @@ def _left(model: Model) -> float:
 
 
 def noisy_elasticity(rows: WindowRows, motions: SlipMotions) -> bool:
-    """Return whether the fourth derivative of the position is its noise.
-
-    Parameters
-    ----------
-    rows, motions
-        Of a log.
-    """
+    """Return whether the fourth derivative of the position is its noise."""
     noise = motions.noise_of(rows.weight.fourth())
     return float(np.sqrt(np.mean(rows.snap**2))) < LEAST_SIGNAL_TO_NOISE * noise
 
@@ -544,8 +520,7 @@ def _around(model: Model, term: Term, shape: Shape) -> tuple[float, float]:
     return max(shape.value / ratio, values[0]), shape.value * longer
 
 
-_BEYOND_LAST = 2.0
-"""Ratio by which a shape may be beyond the last that was tried [-]."""
+_BEYOND_LAST = 2.0  # ratio by which a shape may be beyond the last that was tried [-].
 
 
 _SLOWEST = 0.98

@@ -8,8 +8,6 @@ from scipy.special import fdtrc
 
 from stickslip.estimation.fit.intervals import robust_uncertainty
 
-__all__ = ["Basis", "Partial", "held_out_errors", "jackknife", "significance"]
-
 _COSINES = (12, 6)
 _COLLINEAR = 1e-6  # of its norm: what is left of a column that the others make up
 _DEPENDENT = 0.015  # smallest over largest singular value, as for a term
@@ -18,21 +16,12 @@ _DEGENERATE = 1e-4  # ratio of singular values of the further columns
 
 @dataclass(frozen=True, kw_only=True)
 class Basis:
-    """A model's columns in orthonormal coordinates, with what they leave of the target.
+    """A model's columns in orthonormal coordinates, with what they leave of the target."""
 
-    Attributes
-    ----------
-    vectors
-        Shape (n, p) [-].
-    target, residual
-        Shape (n,) [any unit].
-    log
-        Number of the log that each row is from [-]; None for one log.
-    """
-
-    vectors: Float[np.ndarray, "n p"]
-    target: Float[np.ndarray, " n"]
-    residual: Float[np.ndarray, " n"]
+    vectors: Float[np.ndarray, "n p"]  #: Shape (n, p) [-].
+    target: Float[np.ndarray, " n"]  #: Shape (n,) [any unit].
+    residual: Float[np.ndarray, " n"]  #: Shape (n,), in the unit of the target.
+    #: Number of the log that each row is from [-]; None for one log.
     log: Int[np.ndarray, " n"] | None = None
 
     @classmethod
@@ -72,21 +61,11 @@ class Basis:
 
 @dataclass(frozen=True, kw_only=True)
 class Partial:
-    """Further columns beyond a basis.
+    """Further columns beyond a basis."""
 
-    Attributes
-    ----------
-    vectors
-        In orthonormal coordinates, shape (n, q) [-].
-    coordinates
-        Of the residual along them, shape (q,) [any unit].
-    values
-        Coefficients of the columns, shape (q,) [SI].
-    """
-
-    vectors: Float[np.ndarray, "n q"]
-    coordinates: Float[np.ndarray, " q"]
-    values: Float[np.ndarray, " q"]
+    vectors: Float[np.ndarray, "n q"]  #: In orthonormal coordinates, shape (n, q) [-].
+    coordinates: Float[np.ndarray, " q"]  #: Of the residual along them, shape (q,) [any unit].
+    values: Float[np.ndarray, " q"]  #: Coefficients of the columns, shape (q,) [SI].
 
 
 def significance(

@@ -7,8 +7,6 @@ from stickslip.estimation.selection.model import Model
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.records import EffortKind, ModelSelection, TermScore
 
-__all__ = ["EFFORT_KINDS", "selection_of"]
-
 EFFORT_KINDS: Mapping[EffortKind, str] = {
     "held": "held from its time stamp to the next",
     "sampled": "the value at its time stamp",

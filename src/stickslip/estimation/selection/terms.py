@@ -14,42 +14,21 @@ from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
 from stickslip.estimation.weak_form.rows import ANY, Column, Shape, model_effort
 from stickslip.records import AxisKind
 
-__all__ = [
-    "DEAD_BAND",
-    "DELAY",
-    "DIRECTION",
-    "DWELL",
-    "ELASTIC",
-    "MODEL_SCALE",
-    "SATURATION",
-    "TERM_NAMES",
-    "Term",
-    "candidate_terms",
-    "effort_excess",
-    "ripple_term",
-    "two_thirds_term",
-]
+DELAY = "delay"  #: Name of the term that is the derivative of the effort with respect to its delay.
 
-DELAY = "delay"
-"""Name of the term that is the derivative of the effort with respect to its delay."""
-
-DIRECTION = "direction"
-"""Name of the term that is the asymmetry of viscous friction."""
+DIRECTION = "direction"  #: Name of the term that is the asymmetry of viscous friction.
 
 DWELL = "dwell"
 """Name of the term that is the growth of the breakaway friction with the time at rest."""
 
-ELASTIC = "elastic"
-"""Name of the term whose column is the mean fourth derivative of the position."""
+ELASTIC = "elastic"  #: Name of the term whose column is the mean fourth derivative of the position.
 
-SATURATION = "saturation"
-"""Name of the term that is the excess of the logged effort over a limit."""
+SATURATION = "saturation"  #: Name of the term that is the excess of the logged effort over a limit.
 
 MODEL_SCALE = "model scale"
 """Name of the term that is the relative error of the effort that a model states."""
 
-DEAD_BAND = "dead band"
-"""Name of the term that is the effort lost in a dead band of the actuator."""
+DEAD_BAND = "dead band"  #: Name of the term that is the effort lost in a dead band of the actuator.
 
 POSITIVE = (0.0, np.inf)
 NEGATIVE = (-np.inf, 0.0)
@@ -91,30 +70,16 @@ _SWING = 0.5  # rad: a smaller one bends the sine of a pendulum by less than 1 %
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
-    """A term with its possible shapes.
+    """A term with its possible shapes."""
 
-    Attributes
-    ----------
-    name
-        Of the term, such as ``"stribeck"``.
-    text
-        What it means for the axis, in words.
-    shapes
-        At least one, or none if ``proportional`` makes it.
-    tests
-        Number of shapes that these are the best of; 0 if they are all.
-    family
-        The shape with any value, for a search between those of ``shapes``; None if there is no
-        other.
-    proportional
-        The shape that goes with given Coulomb and viscous friction; None if it depends on neither.
-    """
-
-    name: str
-    text: str
-    shapes: tuple[Shape, ...]
-    tests: int = 0
+    name: str  #: Of the term, such as ``"stribeck"``.
+    text: str  #: What it means for the axis, in words.
+    shapes: tuple[Shape, ...]  #: At least one, or none if ``proportional`` makes it.
+    tests: int = 0  #: Number of shapes that these are the best of; 0 if they are all.
+    #: The shape with any value, for a search between those of ``shapes``; None if there is no
+    #: other.
     family: Callable[[float], Shape] | None = None
+    #: The shape that goes with given Coulomb and viscous friction; None if it depends on neither.
     proportional: Callable[[float, float], Shape] | None = None
 
     @property

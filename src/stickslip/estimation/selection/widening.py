@@ -21,15 +21,6 @@ from stickslip.estimation.selection.terms import (
 from stickslip.estimation.weak_form.rows import FEWEST_FOLDS
 from stickslip.records import FrictionEstimate
 
-__all__ = [
-    "IntervalTuning",
-    "between_moves",
-    "between_windows",
-    "of_other_terms",
-    "of_unknown_asymmetry",
-    "of_unknown_delay",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class IntervalTuning:
@@ -54,8 +45,7 @@ class IntervalTuning:
     similar_share: float = 0.2
     """Share of the slope of the effort that no combination of the other columns explains [-], below
     which the estimate of the delay depends on what the model lacks."""
-    similar_factor: float = 5.0
-    """Factor of the standard deviation of the delay there [-]."""
+    similar_factor: float = 5.0  #: Factor of the standard deviation of the delay there [-].
     unknown_asymmetry: float = 0.1
     """Standard deviation of the difference of viscous friction per direction from their mean, over
     the mean [-], of an axis whose log does not determine it."""
@@ -182,12 +172,7 @@ def of_unknown_asymmetry(
     standard deviation of the posterior is the asymmetry that counts. None if the model has it, or
     may not.
 
-    Parameters
-    ----------
-    model, rows, tuning
-        Of the fit.
-    terms
-        Those that may be selected.
+    ``terms`` are those that may be selected.
     """
     term = next((term for term in terms if term.name == DIRECTION), None)
     if term is None or DIRECTION in model.names or not (model.offset and model.viscous):

@@ -20,10 +20,8 @@ class MotionTuning:
     slow_share: float = 0.02
     """Speed below which the axis may be at rest, relative to its largest [-]. Breakaway and the
     history of the motion act below it; twice or half of it changes little."""
-    slow_noise: float = 5.0
-    """The same in standard deviations of the speed's noise [-]."""
-    narrowest: int = 4
-    """Half of the narrowest window for a velocity [samples]."""
+    slow_noise: float = 5.0  #: The same in standard deviations of the speed's noise [-].
+    narrowest: int = 4  #: Half of the narrowest window for a velocity [samples].
     widest: float = 0.05
     """Half of the widest window for a velocity [s]: moves are longer."""
 

@@ -16,8 +16,7 @@ from stickslip.estimation.weak_form.windows import Weight, convolved, whole_wind
 Column = Callable[[SlipMotion], Float[np.ndarray, " n"]]
 """A part of the effort per unit of its coefficient, sample by sample."""
 
-ANY = (-np.inf, np.inf)
-"""Bounds of a coefficient of either sign."""
+ANY = (-np.inf, np.inf)  #: Bounds of a coefficient of either sign.
 
 ROWS_PER_WINDOW = 6
 """Rows in the width of a window: the weight passes next to nothing that they cannot hold."""

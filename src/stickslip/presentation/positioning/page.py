@@ -9,11 +9,11 @@ from stickslip.presentation.page import (
     Fold,
     Grid,
     Heading,
-    Listed,
     Page,
     Section,
     Text,
     Verdict,
+    headed_list,
     scenario_blocks,
 )
 from stickslip.presentation.positioning import figures
@@ -71,7 +71,7 @@ def positioning_page(result: Positioning) -> Page:
         low, high = last.late_errors
         away += f" It swings between {shown(low, unit)} and {shown(high, unit)}."
     sections = _of_axis(result) if result.runs[0].arm is None else _of_arm(result)
-    notes: list[Block] = [Heading("Notes"), Listed(result.notes)] if result.notes else []
+    notes = headed_list("Notes", result.notes)
     scenario = scenario_blocks(result.scenario, result.file, result.sha256)
     return Page(
         title=f"Positioning: {result.name}",
@@ -397,5 +397,5 @@ def _estimates(result: Positioning) -> list[Block]:
         (both, _BOTH_FRICTIONS),
         (result.limits, _LIMITS_TEXT),
     )
-    where = [Heading("Where the first guess came from"), Listed(sources)] if sources else []
+    where = headed_list("Where the first guess came from", sources)
     return [estimate_table(result), *(Text(text) for needed, text in texts if needed), *where]

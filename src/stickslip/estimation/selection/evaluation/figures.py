@@ -18,8 +18,6 @@ from stickslip.friction.estimated_law import (
 )
 from stickslip.records import FrictionEstimate
 
-__all__ = ["energy_stretches", "force_rows", "velocity_law"]
-
 
 def force_rows(estimate: FrictionEstimate, model: Model, regression: Regression) -> ForceRows:
     """Return the effort of each window less inertia, delay and forces of position.
@@ -51,10 +49,7 @@ def force_rows(estimate: FrictionEstimate, model: Model, regression: Regression)
 def velocity_law(estimate: FrictionEstimate) -> VelocityLaw:
     """Return the friction law of an estimate.
 
-    Parameters
-    ----------
-    estimate
-        With all parameters of the law identified.
+    All parameters of the law must be identified.
     """
     values = _values(estimate)
     names = [name for name in estimate.parameters if is_velocity_term(name)]

@@ -17,8 +17,6 @@ from stickslip.estimation.weak_form.windows import Weight, convolved, whole_wind
 from stickslip.friction.estimated_law import law_effort
 from stickslip.records import AxisLog, EffortKind, FrictionEstimate, InputError, ModelSelection
 
-__all__ = ["effort_at_rest", "predict_effort", "prediction_error"]
-
 
 def predict_effort(
     estimate: FrictionEstimate,

@@ -9,8 +9,6 @@ from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model, testable
 from stickslip.estimation.selection.significance import Partial, significance
 
-__all__ = ["ChangeTuning", "sudden_change"]
-
 _TINY = np.finfo(float).tiny
 
 
@@ -40,13 +38,6 @@ def sudden_change(model: Model, tuning: ChangeTuning) -> str:
     The one that explains most is all of the effort (the gain from the logged effort to that of the
     axis), friction, or the force of inertia. It must explain more than a drift of a part, and more
     than the selected drifts.
-
-    Parameters
-    ----------
-    model
-        The selected model.
-    tuning
-        Of the test.
     """
     steady = replace(
         model, chosen=tuple(pair for pair in model.chosen if pair[0].name not in _DRIFTS)

@@ -11,15 +11,12 @@ from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.records import AxisLog
 
-__all__ = ["SaturationTuning", "saturates", "without_saturation"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class SaturationTuning:
     """What proves that a drive saturates."""
 
-    highest_followed: float = 0.98
-    """Effort over the limit [-], below which the drive follows."""
+    highest_followed: float = 0.98  #: Effort over the limit [-], below which the drive follows.
     fewest_followed: float = 0.4
     """Share of the windows below the limit [-]: a limit that is met in most of them is friction."""
     smallest_excess: float = 0.02
