@@ -124,13 +124,25 @@ def test_a_slow_vibration_is_left_to_the_servo() -> None:
     assert medians[0] <= 1.25 * medians[1]
 
 
+@pytest.mark.parametrize("T", [0.001, 0.01])
 @pytest.mark.parametrize("ratio", [3.0, 10.0, 30.0])
-def test_a_load_above_friction_is_held_within_the_travel(ratio: float) -> None:
-    """Of 60 axes 7 leave it; 19 did while a hold ended with the noise of an encoder."""
-    drawn = axes(16, 0, method="precise", sampling_time=0.001, ratio=ratio)
+def test_a_load_above_friction_is_held_within_the_travel(ratio: float, T: float) -> None:
+    """Of 276 axes one leaves it; 40 did while moves took such a load for no friction."""
+    drawn = axes(16, 0, method="precise", sampling_time=T, ratio=ratio)
     outcomes = [move_axis(axis, CASES["load of 160 % of friction"]) for axis in drawn]
     assert all("load" in outcome.why[0] for outcome in outcomes)
-    assert sum(outcome.left for outcome in outcomes) <= 3
+    assert sum(outcome.left for outcome in outcomes) <= 1
+
+
+@pytest.mark.parametrize("share", [1.02, -1.05])
+@pytest.mark.parametrize("ratio", [3.0, 30.0])
+def test_a_load_near_friction_is_positioned(ratio: float, share: float) -> None:
+    """All of 30 axes each; 1 to 10 did not while friction alone was to stop what coasts."""
+    case = Case(name="", plant=lambda p, _: p._replace(offset=share * p.coulomb_positive))
+    drawn = axes(12, 0, method="precise", sampling_time=0.01, ratio=ratio)
+    outcomes = [move_axis(axis, case) for axis in drawn]
+    assert not any(outcome.left or outcome.false for outcome in outcomes)
+    assert not any(np.isnan(outcome.settling[0]) for outcome in outcomes)
 
 
 def test_a_resonance_is_not_excited() -> None:

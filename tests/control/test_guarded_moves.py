@@ -153,6 +153,20 @@ def test_an_axis_that_a_load_moves_is_not_at_its_target(share: float, side: floa
     assert run.farthest < 1.5 * WAY
 
 
+@pytest.mark.parametrize("limit", [3.0, 10.0, 30.0])
+def test_a_load_that_moves_the_axis_before_a_late_effort_is_no_wrong_sign(limit: float) -> None:
+    """In the five samples of the delay it falls; the effort would accelerate it by far more."""
+    guard, load, delay = guarded(limit), -1.6 * FRICTION, 5
+    state, x, v, efforts = guard.init(), 0.0, 0.0, [0.0] * delay
+    for k in range(400):
+        seen = STEP * round(x / STEP)
+        state, effort = guard.step(state, SensorSample(k * T, seen, nan, nan, nan))
+        assert "sign" not in str(guard.why(state))
+        efforts.append(effort)
+        for _ in range(round(T / FINE)):
+            x, v = advanced(x, v, efforts[-1 - delay] + load)
+
+
 def test_another_target_is_tried_once_the_load_is_gone() -> None:
     guard = guarded(10.0)
     state, x, v, load = guard.init(), 0.0, 0.0, 1.6 * FRICTION

@@ -254,6 +254,30 @@ def test_a_load_above_friction_is_held_and_explained() -> None:
     assert "load" in str(PRECISE.why(state))
 
 
+@pytest.mark.parametrize("limit", [300.0, 1000.0, 3000.0])
+@pytest.mark.parametrize("load", [160.0, -160.0])
+def test_a_load_above_friction_moves_the_axis_little(limit: float, load: float) -> None:
+    """It acts from the start; while moves took it for no friction, the axis went on by 3 mm."""
+    strong = replace(PRECISE, pulses=replace(PULSES, effort_limit=limit))
+    positions, state = pushed_run(strong, load, begin=0.0, lasts=3.0)
+    assert max(positions) < 0.0107
+    assert min(positions) > -1e-4
+    assert PRECISE.outcome(state) is PositioningOutcome.STOPPED
+    assert "load" in str(PRECISE.why(state))
+
+
+@pytest.mark.parametrize("limit", [300.0, 1000.0, 3000.0])
+@pytest.mark.parametrize("load", [103.0, -103.0])
+def test_an_axis_that_friction_hardly_slows_is_braked_and_lands(limit: float, load: float) -> None:
+    """Between Coulomb and static friction it would glide for as long as 3 s, and 10 mm."""
+    strong = replace(PRECISE, pulses=replace(PULSES, effort_limit=limit))
+    positions, state = pushed_run(strong, load, begin=0.0, lasts=3.0)
+    assert min(positions) > -1e-4
+    assert max(positions) < 0.014
+    assert positions[-1] == pytest.approx(0.01, abs=3e-5)
+    assert PRECISE.outcome(state) is PositioningOutcome.REACHED
+
+
 def test_a_push_is_estimated_by_a_kalman_filter() -> None:
     """Against the filter in matrices, of a mass under a known effort and a force that walks."""
     state = PRECISE.init()
@@ -265,13 +289,13 @@ def test_a_push_is_estimated_by_a_kalman_filter() -> None:
     change = 0.1 * p.limit
     mean, P = np.zeros(3), np.diag([p.noise**2, 0.0, change**2])
     effort = 0.0
-    for position in (1e-5, 3e-5, *np.cumsum(generator.uniform(0.0, 1e-4, 5))):
+    for position in (1e-5, 3e-5, *(3e-5 + np.cumsum(generator.uniform(2e-5, 1e-4, 5)))):
         mean = A @ mean + B * effort
         P = A @ P @ A.T + np.diag([0.0, 0.0, change**2])
         gain = P[:, 0] / (P[0, 0] + p.noise**2)
         mean, P = mean + gain * (position - mean[0]), P - np.outer(gain, P[0])
         if position != 1e-5:
-            p.past[0] = position
+            braking.remember(p, position)
             effort = braking.hold(p, MASS, 50.0, True)
             at.sent(p, effort)
     scale = np.array([1.0, T, T * T / MASS])

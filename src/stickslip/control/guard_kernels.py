@@ -115,6 +115,7 @@ _TURNS, _SLOWER, _SLOWEST = 6, 0.5, 8.0  # changes of sign, after which each mak
 _NOISE, _CLEARLY = 0.2, 0.1  # of the effort limit: that of an error of the speed; one that brakes
 _DRIVES = 0.6  # of the effort limit: a strong effort
 _CLEAR, _FASTER = 2.0, 1.1  # resolutions: a way; speed over the next one, if the axis accelerates
+_REVERSED = 0.25  # of effort over mass: acceleration to the wrong side, more than by most loads
 _AGAINST = 10  # samples, more than a delay: braking that makes an axis faster
 _FILTERED = 6.0  # times the way of the largest acceleration: a filtered velocity may be so late
 _MOVES = 5e-3  # of the travel: an axis let go is moved by more than bristles that spring back
@@ -193,10 +194,12 @@ def _turns_away(g: Any, x: float) -> bool:
     g.driven += 1
     way, error = np.copysign(1.0, g.driven_by) * (x - g.driven_x), _CLEAR * g.resolution
     g.follows = 1 if way > error else 0
-    if not strong or way >= -error:
+    if way >= -error:
         return False
     pace = way / g.driven
-    faster = pace < _FASTER * g.turning < 0.0
+    gained = abs(g.effort) * g.period * g.period * g.driven
+    gained = _REVERSED * gained / (g.mass[0] + g.mass[1]) if g.mass[0] > 0.0 else 0.0
+    faster = strong and pace < _FASTER * g.turning < 0.0 and g.turning - pace > gained
     g.turning, g.driven, g.driven_x = pace, 0, x
     return faster
 

@@ -4,7 +4,8 @@ The speed of braking is that of the last three samples together, which a vibrati
 disturbs little, and what the commands since then have changed. Braking holds the effort that takes
 this speed away for three samples or more, and then estimates the speed again: feedback in each
 sample would excite the vibration. A push is short, and changes faster: its force is estimated in
-each sample, and the effort opposes it and the speed.
+each sample, and the effort opposes it and the speed. An axis that has stopped is held by friction,
+whatever the estimate: it changes its sign where the axis would turn round.
 """
 
 import math
@@ -21,6 +22,7 @@ from stickslip.control.precise.learning import (
     SHAKES,
     delay_of,
     lag_of,
+    unexplained,
     variance_of,
 )
 from stickslip.numerics.kalman import measure, predict
@@ -33,6 +35,7 @@ _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
 PUSHES = 2  # brakings from one rest to the next: an axis that still accelerates is held
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
+_MANY = 6  # pushes to one side until then: a load, though the effort against it has oscillated
 RELEASES = 2  # times an axis is let go until what moves it again is a load
 _SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
@@ -51,17 +54,28 @@ _WILD, _CLEAR = 6.0, 0.2
 _SHAKEN = 0.01  # times `_CHANGES` where a vibration moves the axis too, and of a load
 _LIKELY = 3.0  # standard deviations of a push
 _LONGEST = 0.3  # of a push [s]
+LETS_GO, _LITTLE = 0.03, 0.1  # time constant of the effort at rest [s]; of friction: none is left
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
+_UNSURE = 3.0  # standard deviations of a speed
+_FARTHER = 3.0  # times that way: bristles spring back less far
+_EVEN = 0.7  # of the way of three samples is that of each at most; from rest it is 5/9
 
 
 @compiled()
 def remember(p: Any, x: float) -> None:
-    """Keep a position."""
+    """Keep a position, and where the axis began to move without effort in its direction."""
     for k in range(PAST - 1, 0, -1):
         p.past[k] = p.past[k - 1]
     p.past[0] = x
     p.past_count = min(p.past_count + 1, PAST)
+    acted = p.past_count < PAST
+    for k in range(min(math.ceil(delay_of(p.best) + lag_of(p.best)) + PAST, HISTORY)):
+        acted = acted or p.commands[k] != 0.0
+    turned = (x - p.past[PAST - 1]) * (x - p.free_x) < 0.0
+    if acted or turned:
+        p.free_x = x
+        p.free_v = 0.0 if turned else abs(x - p.past[PAST - 1]) / ((PAST - 1) * p.period)
 
 
 @compiled()
@@ -78,9 +92,49 @@ def _speed(p: Any, m: float) -> float:
 
 
 @compiled()
+def _stands(p: Any) -> bool:
+    """Return whether an axis that is held shows no motion since it came to rest."""
+    seen = _VISIBLE * p.noise
+    still = abs(p.past[0] - p.past[PAST - 1]) <= seen
+    still = still and (p.quiet == 0 or abs(p.past[0] - p.stood) <= seen)
+    if p.quiet == 0:
+        p.stood = p.past[0]
+    p.quiet = p.quiet + 1 if still else 0
+    return still
+
+
+@compiled()
+def _harmless(p: Any) -> float:
+    """Return a way that an axis may go on without effort."""
+    return max(_COASTING * p.bend, _NOISE * p.noise)
+
+
+@compiled()
 def _runs(p: Any, m: float, F: float, v: float) -> bool:
     """Return whether an axis goes farther than friction may take it without harm."""
-    return 0.5 * m * v * v > F * max(_COASTING * p.bend, _NOISE * p.noise)
+    return 0.5 * m * v * v > F * _harmless(p)
+
+
+@compiled()
+def coasts(p: Any, target: float) -> bool:
+    """Return whether an axis without effort goes on from its target, and friction hardly stops it.
+
+    From the speed v_0 to v over a way d it has been slowed by a = (v_0^2 - v^2)/(2 d), and would go
+    on by v^2/(2 a).
+    """
+    d, way = abs(p.past[0] - p.free_x), p.past[0] - p.past[PAST - 1]
+    away = (p.past[0] - target) * way > 0.0
+    error = _UNSURE * math.sqrt(2.0 * variance_of(p)) / ((PAST - 1) * p.period)
+    least = max(abs(way) / ((PAST - 1) * p.period) - error, 0.0)
+    slowed = (p.free_v + error) ** 2 - least * least
+    swings = (p.holds >= _HOLDS and p.sided == 0) or (p.fast == 1 and p.turns > _TURNS)
+    if swings and p.held == 0:
+        return False
+    most = _FARTHER * _harmless(p)
+    far = d > most and abs(p.past[0] - target) > most
+    for k in range(PAST - 1):  # a glitch is one step
+        far = far and abs(p.past[k] - p.past[k + 1]) <= _EVEN * abs(way)
+    return away and far and least > 0.0 and d * least * least > slowed * _harmless(p)
 
 
 @compiled()
@@ -104,7 +158,7 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
 @compiled()
 def start_braking(p: Any) -> None:
     """Brake from this sample on."""
-    p.moving, p.brake_left, p.brake_wait = BRAKING, 0, 0
+    p.moving, p.brake_left, p.brake_wait, p.unslowed = BRAKING, 0, 0, 0
 
 
 @compiled()
@@ -122,14 +176,37 @@ def _change(p: Any, m: float, F: float) -> float:
 
 
 @compiled()
+def start_holding_load(p: Any, m: float, push: float) -> None:
+    """Act likewise against a load: a move has shown by how much it exceeds friction."""
+    start_holding_moving(p, m)
+    unit = p.period * p.period / m
+    p.motion[2], p.spread[2, 2] = push * unit, (_STEADY * push * unit) ** 2
+
+
+@compiled()
+def _turned(v: float, net: float, push: float, band: float, h: float) -> float:
+    """Return the velocity v after a time h of the acceleration `net`.
+
+    The push includes friction, which changes its sign where the axis turns round: it stops there
+    unless the acceleration exceeds a band of twice the friction.
+    """
+    after = v + net * h
+    turns = v * after < 0.0 or (v == 0.0 and net * push <= 0.0)
+    return 0.0 if turns and abs(net) <= band else after
+
+
+@compiled()
 def _predict(p: Any, m: float, F: float, u: float) -> None:
     """Take x, v T and d T^2/m, and their covariance, over a sample under an effort u.
 
     The force d of the push walks at random: x' = x + v T + (d + u) T^2/(2 m), v' = v + (d + u) T/m.
     """
-    a, w = p.motion, u * p.period * p.period / m
-    a[0] += a[1] + 0.5 * (a[2] + w)
-    a[1] += a[2] + w
+    unit = p.period * p.period / m
+    a, w = p.motion, u * unit
+    net = a[2] + w
+    after = _turned(a[1], net, a[2], 2.0 * F * unit, 1.0)
+    a[0] += a[1] + 0.5 * net if after != 0.0 else 0.5 * a[1]
+    a[1] = after
     predict(_TRANSITION, _WALK, p.spread, np.empty((3, 3)), 3, _change(p, m, F) ** 2)
 
 
@@ -146,12 +223,14 @@ def _correct(p: Any, x: float) -> None:
 def _start_holding(p: Any, x: float) -> None:
     p.moving, p.brake = HOLDING, 0.0
     back = 1 if p.past[0] < p.past[1] else 0
-    p.held = p.held + 1 if back == p.held_back else 1  # a load acts to one side
+    again = back == p.held_back  # a load acts to one side
+    p.held = p.held + 1 if again else 1
     p.held_back = back
-    p.loaded = 1 if p.held > RELEASES else 0
+    p.sided = 1 if p.holds == 0 or (again and p.sided) else 0
+    p.loaded = 1 if p.held > RELEASES or (p.sided and p.holds >= _MANY) else 0
     p.motion[:], p.spread[:, :] = 0.0, 0.0
     p.motion[0], p.spread[0, 0] = x, p.noise * p.noise
-    p.brake_left, p.quiet, p.turns = math.ceil(_LONGEST / p.period), 0, 0
+    p.brake_left, p.turns, p.quiet = math.ceil(_LONGEST / p.period), 0, 0
     p.brakings += 1
     p.holds += 1
 
@@ -175,38 +254,62 @@ def start_holding_moving(p: Any, m: float) -> None:
 
 
 @compiled()
+def _held(p: Any, u: float) -> float:
+    """Hold by an effort; what needs it for long is a load."""
+    p.brake = min(max(u, -p.limit), p.limit)
+    p.brake_left -= 1
+    if p.loaded == 0 and p.brake_left <= 0:
+        p.held += 1
+        p.brake_left = math.ceil(_LONGEST / p.period)
+        p.loaded = 1 if p.held > RELEASES else 0
+    return p.brake
+
+
+@compiled()
+def _delay(p: Any) -> float:
+    """Return delay and lag in samples: those of the last move, if the law explains it."""
+    if p.known or unexplained(p):
+        return p.delay + p.lag
+    return delay_of(p.best) + lag_of(p.best)
+
+
+@compiled()
 def hold(p: Any, m: float, F: float, measured: bool) -> float:
     """Return the effort until the next sample against a push; it ends with `moving` 0.
 
-    One that moves the axis whenever it is let go is a load, and is held for good.
+    At rest the effort is lowered, so that a load moves the axis little. One that moves it whenever
+    that is done is held for good. F is the friction without a load.
     """
-    T, delay = p.period, delay_of(p.best) + lag_of(p.best)
+    T, delay = p.period, _delay(p)
     whole = int(delay)
     part = delay - whole
-    _predict(p, m, F, (1.0 - part) * p.commands[whole] + part * p.commands[whole + 1])
+    acted = (1.0 - part) * p.commands[whole] + part * p.commands[whole + 1]
+    _predict(p, m, F, acted)
+    force = m / (T * T)
     if measured:
         _correct(p, p.past[0])
-    force = m / (T * T)
+        if p.motion[1] * (p.past[0] - p.past[1]) < 0.0:
+            p.motion[1] = 0.0  # it has stopped within the sample
+    if measured and _stands(p):
+        p.motion[0], p.motion[1], p.motion[2] = p.past[0], 0.0, -p.brake / force
+        p.brake *= 1.0 if p.loaded else LETS_GO / (LETS_GO + T)
+        if p.loaded == 0 and abs(p.brake) <= _LITTLE * F:
+            p.moving = 0
+            return 0.0
+        return _held(p, p.brake)
     v, push = p.motion[1] / T, p.motion[2] * force
-    seen = max(F, _LIKELY * math.sqrt(p.spread[2, 2]) * force)
-    p.brake_left -= 1
-    p.quiet = 0 if _runs(p, m, F, v) or abs(push) > seen else p.quiet + 1
     for k in range(whole + 1):  # until the effort acts
-        v += (push + p.commands[k]) * (1.0 if k < whole else part) * T / m
+        h = 1.0 if k < whole else part
+        v = _turned(v, (push + p.commands[k]) * T / m, push, 2.0 * F * T / m, h)
     noise = math.sqrt(p.spread[1, 1]) * force / (_NOISY * p.limit)
     slower = max(noise, 1.0) + (_SLOWER * max(p.turns - _TURNS, 0) if p.loaded else 0.0)
     u = -_GAIN / slower * m * v / T - push
     strong = max(F, min(_WILD * p.noise * force, _CLEAR * p.limit))
     p.turns += 1 if u * p.brake < 0.0 and abs(u) > strong else 0
-    gone = p.quiet >= PAST and p.held == 1
-    swings = p.turns > _TURNS and p.loaded == 0
-    if swings:
-        p.held = 0
-    if swings or (p.loaded == 0 and (p.brake_left <= 0 or gone)):
-        p.moving = 0
+    if p.turns > _TURNS and p.loaded == 0:
+        p.held, p.moving = 0, 0
         return 0.0
-    p.brake = min(max(u, -p.limit), p.limit)
-    return p.brake
+    return _held(p, u)
 
 
 @compiled()
@@ -236,8 +339,9 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     if p.brake_wait > 0:
         p.brake_wait -= 1
         return 0.0
-    v = speed_now(p, m, F)
-    if p.brakings >= _MOST or not _runs(p, m, F, v):
+    slowing = 0.0 if p.unslowed else F
+    v = speed_now(p, m, slowing)
+    if p.brakings >= _MOST or not (p.unslowed or _runs(p, m, F, v)):
         p.moving = 0
         return 0.0
     steady = p.shaken == 0 and p.shakes < SHAKES and p.holds == 0
@@ -247,8 +351,9 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
         return hold(p, m, F, True)
     p.braked_speed = abs(v)
     n = max(math.ceil(m * abs(v) / (_SHARE * p.limit * p.period)), _SAMPLES)
-    u = max(m * abs(v) / (n * p.period) - F, 0.0)
+    u = max(m * abs(v) / (n * p.period) - slowing, 0.0)
     p.brakings += 1
+    p.unslowed = 0
     p.brake = math.copysign(min(u, p.limit), -v)
     p.brake_left = n - 1
     p.brake_wait = math.ceil(delay_of(p.best) + lag_of(p.best)) + PAST - 1

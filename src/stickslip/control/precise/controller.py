@@ -15,9 +15,11 @@ from stickslip.control.checks import check_class, check_fields
 from stickslip.control.feedback import profile_kernels
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
+    LETS_GO,
     PUSHES,
     RELEASES,
     brake,
+    coasts,
     hold,
     pushed,
     remember,
@@ -27,6 +29,7 @@ from stickslip.control.precise.braking import (
 )
 from stickslip.control.precise.learning import (
     BRAKING,
+    EXPLAINED,
     HOLDING,
     MOVE,
     SERVO,
@@ -35,14 +38,13 @@ from stickslip.control.precise.learning import (
     own_fields,
     sent,
     teach,
+    unexplained,
 )
 from stickslip.control.precise.moving import (
-    EXPLAINED,
     WILD,
     go_on,
     shortest,
     start_move,
-    unexplained,
     vibrates,
 )
 from stickslip.control.precise.servo import (
@@ -123,6 +125,12 @@ def _sure_friction(own: Any) -> float:
         spread = _CERTAIN * math.sqrt(own.covariance[i, i])
         least = min(least, math.exp(own.values[i] - spread))
     return least
+
+
+@compiled()
+def _mean_friction(own: Any) -> float:
+    """Return the Coulomb friction of both directions on average, without the load."""
+    return 0.5 * (law_of(own, 0)[1] + law_of(own, 1)[1])
 
 
 @compiled()
@@ -217,8 +225,9 @@ def _leaves_again(p: Any, s: Any, x: float) -> bool:
 def _react(p: Any, s: Any, own: Any, x: float) -> None:
     """Brake or hold an axis that moves where it should rest, or begin with the servo."""
     m, F = math.exp(own.values[0]), _sure_friction(own)
-    falls = _leaves_again(p, s, x)
-    runs = pushed(p, m, F, s.phase == RESTING)
+    falls = s.pending == 0 and _leaves_again(p, s, x)
+    runs = s.pending == 0 and pushed(p, m, F, s.phase == RESTING)
+    runs = runs or coasts(p, s.target)
     if not (runs or falls):
         return
     if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p):
@@ -227,11 +236,12 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
         return
     p.held = max(p.held, RELEASES) if falls else p.held
     if runs and s.phase == RESTING and p.held == 0:
-        start_holding(p, m, F)
+        start_holding(p, m, _mean_friction(own))
     elif p.held or p.brakings >= PUSHES:
         start_holding_moving(p, m)
     else:
         start_braking(p)
+        p.unslowed = 1
     p.seen = p.wild = p.moves = p.pauses = 0
     p.last_error = math.inf
 
@@ -275,13 +285,15 @@ def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
             _calm(p, own)
             start_servo(p, own, s.target, x, at.direction(p) * p.v)
             return servo_effort(p, x)
-    m, F = math.exp(own.values[0]), _sure_friction(own)
-    if p.moving == BRAKING:
+    m, F, moving = math.exp(own.values[0]), _sure_friction(own), p.moving
+    if moving == BRAKING:
         u = brake(p, m, F, measured)
-    elif p.moving == HOLDING:
-        u = hold(p, m, F, measured)
+    elif moving == HOLDING:
+        u = hold(p, m, _mean_friction(own), measured)
     if p.moving == 0:
         _ended(p, s, own)
+        if moving == HOLDING:  # a load moves it meanwhile
+            s.wait = max(s.wait, math.ceil(LETS_GO / p.period))
     return u
 
 
@@ -296,7 +308,7 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
         if _moves(p, s, own, abs(s.error)):
             start_move(p, x, s.target, own.values, own.covariance)
     remember(p, x)
-    if p.moving == 0 and s.pending == 0:
+    if p.moving == 0:
         _react(p, s, own, x)
     if p.moving == 0 and watch(inner, sample):
         _rested(p, s, own)

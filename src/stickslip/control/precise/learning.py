@@ -79,7 +79,7 @@ OWN_DTYPE = np.dtype(
         ("left", "i8"),  # samples of the last part of the move; 0 before
         ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
         ("waited", "i8"),  # samples since then
-        ("quiet", "i8"),  # those without effort, in a row; in a push, those without speed
+        ("quiet", "i8"),  # those without effort, in a row; in a hold, those at rest
         ("level", "f8"),  # of its accelerations: mean and slope
         ("slope", "f8"),
         ("x", "f8"),  # state in the sample, in the direction of the move, as estimated
@@ -90,6 +90,10 @@ OWN_DTYPE = np.dtype(
         ("position", "f8"),  # last one, as measured
         ("past", "f8", (PAST,)),  # the last positions of all, as measured; the latest is the first
         ("past_count", "i8"),  # of them so far
+        ("free_x", "f8"),  # position from which on no effort has acted and the axis has not turned
+        ("free_v", "f8"),  # speed there
+        ("stood", "f8"),  # position at the first sample of a rest in a hold
+        ("unslowed", "i8"),  # 1 for a braking of an axis that friction has not slowed
         ("brakings", "i8"),  # since the axis was seen at rest
         ("strongest", "f8"),  # effort of the move
         ("unseen", "i8"),  # 1 after a move that the sensors have not shown
@@ -102,6 +106,7 @@ OWN_DTYPE = np.dtype(
         ("spread", "f8", (3, 3)),  # their covariance
         ("held", "i8"),  # how often a push was held since the axis was at rest
         ("held_back", "i8"),  # 1 if that push was to lower positions
+        ("sided", "i8"),  # 1 if all pushes since it was at rest at the target were to one side
         ("loaded", "i8"),  # 1 while a push that does not end is held
         ("brake", "f8"),  # effort of the present one
         ("braked_speed", "f8"),  # speed at its begin
@@ -138,6 +143,7 @@ _CERTAIN = 6.0  # such a difference excludes a model
 _DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
 _SIMPLER = 1.0  # evidence against each sample of an unknown lag
 _OUTLYING = 9.0  # squared standard deviations
+EXPLAINED = 9.0  # mean squared innovation over its variance: a move that the law explains
 _MOST = 2.0  # factor between a mass and its first guess, during a move
 _STRONGEST = 0.95  # of the effort limit: friction, during a move
 _LEAST = 0.02  # of a prior value: no parameter is less
@@ -176,10 +182,12 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
     share = min(F / p.limit, 0.9)
     bending = F * math.sqrt(2.0 * p.bend * p.mass / max(p.limit - F, 0.1 * p.limit))
     i = COULOMB + side
-    viscous = 0.0
+    viscous, wide = 0.0, 1.0
     if covariance[i, i] > _UNKNOWN:
         # At the speed of the move it is as uncertain as Coulomb friction, at least
         viscous = covariance[i, i] * F * F * p.mass / (p.limit * max(p.way, _SHORTEST))
+        # Its variance is that of a log-normal, which is skewed to larger values
+        wide = math.exp(covariance[i, i]) * math.expm1(covariance[i, i]) / covariance[i, i]
     for lag in range(LAGS):
         # A lagging effort first has to exceed friction, which takes its impulse until then
         p.late[lag] = lag * LAG_STEP * (-math.log(1.0 - share) - share) / share
@@ -196,14 +204,13 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
                     a, b = place(side, i), place(side, j)
                     p.covariance[h, i, j] = covariance[a, b] * math.exp(values[a] + values[b])
         p.covariance[h, 2, 2] = max(p.covariance[h, 2, 2], viscous)
+        p.covariance[h, 1, 1] *= wide
         p.covariance[h, TAUGHT, TAUGHT] = bending * bending
     p.best = 0
     for h in range(MODELS):
         if p.evidence[h] < p.evidence[p.best]:
             p.best = h
     p.rows, p.area, p.open = 0, 0.0, 1
-    for k in range(HISTORY):
-        p.commands[k] = 0.0
 
 
 @compiled(inline=True)
@@ -333,11 +340,24 @@ def certain(p: Any) -> bool:
 
 
 @compiled()
+def unexplained(p: Any) -> bool:
+    """Return whether the law does not explain the last move."""
+    return p.misfit[p.best] > EXPLAINED * p.rows
+
+
+@compiled()
 def model(p: Any) -> tuple[float, float, float]:
-    """Return m, F and c as believed, within what is possible."""
+    """Return m, F and c as believed, within what is possible.
+
+    A load to the side of the move that exceeds friction makes F negative, which has to be certain.
+    """
     h = p.best
     m = min(max(p.values[h, 0], p.mass / _MOST), p.mass * _MOST)
-    return m, min(max(p.values[h, 1], 0.0), _STRONGEST * p.limit), max(p.values[h, 2], 0.0)
+    F, most = p.values[h, 1], _STRONGEST * p.limit
+    scale = max(p.misfit[h] / max(p.rows, 1), 1.0)
+    certain = _OUTLYING * scale * p.covariance[h, 1, 1] < F * F
+    least = -most if certain else 0.0
+    return m, min(max(F, least), most), max(p.values[h, 2], 0.0)
 
 
 @compiled()

@@ -22,7 +22,11 @@ import math
 from typing import Any
 
 from stickslip.compiled import compiled
-from stickslip.control.precise.braking import start_braking
+from stickslip.control.precise.braking import (
+    start_braking,
+    start_holding_load,
+    start_holding_moving,
+)
 from stickslip.control.precise.learning import (
     BRAKING,
     LONGEST_DELAY,
@@ -39,6 +43,7 @@ from stickslip.control.precise.learning import (
     lagging,
     learn,
     model,
+    unexplained,
     variance_of,
 )
 
@@ -51,7 +56,6 @@ _ROUGH_SWITCH = 0.03  # of a change of the effort, likewise: its delay
 _OUTLYING = 9.0  # squared standard deviations of an innovation
 _SEEN = 5.0  # standard deviations of a position: an axis that has moved
 _SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts for all of them
-EXPLAINED = 9.0  # mean squared innovation over its variance: a move that the law explains
 # A vibration, after one change of the sign of unexplained innovations: so many of them in a move
 # that the law does not explain. After two: so many, and this mean squared innovation over its
 # variance
@@ -67,7 +71,7 @@ _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _USED = 0.9  # of the limit: by the last part as it is planned first
 _TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
 _FREES = 0.98  # of the limit: an effort that moves any axis which is not blocked
-_STOPPING = 12  # samples: an axis that does not stop on the plan is stopped for so long
+_STOPPING = 6  # samples: an axis that does not stop on the plan is stopped for so long
 _REACTION = 3.0  # lags after which an axis moves that can
 _CERTAIN = 2.0  # standard deviations of friction
 _GENTLY = 0.7  # of the speed is taken away in a sample then
@@ -310,8 +314,9 @@ def _decide(p: Any) -> float:
 def _stop(p: Any, e: float, v: float, speed: float) -> float:
     """Return the effort that stops the axis; end the move when friction does.
 
-    An axis that still moves towards the target has another last part. One of which no motion has
-    been seen is waited for, as long as the longest delay.
+    An axis that still moves towards the target has another last part. One that does not stop is
+    held, as a load drives it. One of which no motion has been seen is waited for, as long as the
+    longest delay.
     """
     m, F, c = model(p)
     if p.seen == 0:
@@ -319,6 +324,13 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     p.ending = 1
     p.waited += 1
     coasts = 0.5 * m * speed * speed / max(F, 1e-300)
+    driven = coasts > p.bend and p.waited == _STOPPING + 1
+    if F < 0.0 or (driven and p.shaken == 0 and not unexplained(p)):
+        if F < 0.0:
+            start_holding_load(p, m, -F * direction(p))
+        else:
+            start_holding_moving(p, m)
+        return 0.0
     if coasts > p.bend and p.waited <= _STOPPING:
         p.quiet = 0
         if e > 2.0 * p.bend and _can_end(p, e, v):
@@ -334,12 +346,6 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     if p.quiet > delay_of(p.best) + 1.0:
         p.moving = 0
     return 0.0
-
-
-@compiled()
-def unexplained(p: Any) -> bool:
-    """Return whether the law does not explain the last move."""
-    return p.misfit[p.best] > EXPLAINED * p.rows
 
 
 @compiled()
