@@ -101,10 +101,9 @@ def test_assumed_units_are_printed(run: Run, tmp_path: Path) -> None:
 def test_known_inertia_is_not_estimated(run: Run, good_log: Path) -> None:
     """The efforts of the log are those at the time stamps: held, they are half a sample early."""
     outcome = run("identify", good_log, "--mass", MASS, "--json", "-")
-    estimate = contract(outcome.out)
-    assert set(estimate.parameters) == {"coulomb_friction", "viscous_friction", "offset"}
-    assert estimate.selection is not None
-    assert estimate.selection.effort_kind == "sampled"
+    parameters = contract(outcome.out).parameters
+    assert set(parameters) == {"coulomb_friction", "viscous_friction", "offset"}
+    assert '"effort_kind": "sampled"' in outcome.out
 
 
 @pytest.mark.parametrize(
