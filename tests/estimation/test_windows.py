@@ -42,7 +42,7 @@ def test_held_effort_is_integrated_exactly(delay: float) -> None:
 
 @pytest.mark.parametrize("delay", [0.0, 0.3, -2.4])
 def test_sampled_effort_has_the_mean_of_what_acts(delay: float) -> None:
-    weight = Weight(half_width=8, sampling_time=1.0, margin=4, sampled=True)
+    weight = Weight(half_width=8, sampling_time=1.0, margin=4, lead=0.5)
     logged_at = np.arange(-weight.reach, weight.reach + 1)
     effort = 3.0 - 2.0 * (logged_at + delay) + 0.5 * (logged_at + delay) ** 2
     variance = 8.0**2 / 11.0  # int phi t^2 dt of the weight (1 - s^2)^4

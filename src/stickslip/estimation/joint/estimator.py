@@ -347,9 +347,7 @@ class JointEstimator:
         for each in members:
             T = each.log.sampling_time
             width = half_width(each.motions, T, tuning)
-            weight = Weight(
-                half_width=width, sampling_time=T, sampled=each.log.effort_kind == "sampled"
-            )
+            weight = Weight(half_width=width, sampling_time=T, lead=each.log.effort_lead)
             part = Model(
                 rows=window_rows(each.motions.stretches, weight),
                 inertia=inertia,

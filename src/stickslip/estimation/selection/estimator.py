@@ -304,13 +304,12 @@ class SelectedModelEstimator:
 
     def _sampled_if_early(self, held: PreparedLog) -> PreparedLog:
         """Return a log with even time stamps, its effort sampled if it acts half a sample early."""
-        T = held.sampling_time
+        T, fewest = held.sampling_time, self.tuning.fewest_samples
+        shortest = round(self.tuning.search.shortest_window / T)
+        if self.effort_delay is not None or DELAY in self.exclude or shortest >= fewest:
+            return held
         motions = slip_motions(held, self.tuning.motion)
-        if (
-            self.effort_delay is not None
-            or DELAY in self.exclude
-            or half_width(motions, T, self.tuning.search) >= self.tuning.fewest_samples
-        ):
+        if half_width(motions, T, self.tuning.search) >= fewest:
             return held
         delay = self._with_delay(held, motions).rows.delay
         least, most = self.tuning.sampled_delays
@@ -486,9 +485,7 @@ class SelectedModelEstimator:
         T = log.sampling_time
         tuning = self.tuning.search
         weight = Weight(
-            half_width=half_width(motions, T, tuning),
-            sampling_time=T,
-            sampled=log.effort_kind == "sampled",
+            half_width=half_width(motions, T, tuning), sampling_time=T, lead=log.effort_lead
         )
         model = Model(
             rows=window_rows(motions.stretches, weight),
@@ -529,7 +526,8 @@ class SelectedModelEstimator:
             best = found(model.shifted(late), tuple(dict.fromkeys((DELAY, *self.include))))
         if DELAY not in self.include and abs(best.rows.delay) * T < best.elastic_lag:
             offered = [term for term in offered if term.name != DELAY]
-            best = found(model, self.include)
+            if DELAY in best.names:
+                best = found(model, self.include)
         return best, offered if self.select else ()
 
     def _solved(

@@ -31,7 +31,9 @@ class Weight:
     half_width: int  # half of its support [samples]
     sampling_time: float  # [s]
     margin: int = 1  # samples beyond either end that a delayed effort may reach into
-    sampled: bool = False  # whether the effort is smooth between the samples, not held
+    # Time before its time stamp from which an effort acts, for a sample [samples]; 0 if it is held,
+    # and half a sample if it is smooth between the samples
+    lead: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -40,38 +42,33 @@ class Weight:
 
     def mean(self) -> Float[np.ndarray, " taps"]:
         """Return the taps of int phi g dt for a sampled signal g [-]."""
-        return self._with_moments(0, {0: 1.0, 2: self._variance}, self._steps())
+        return self._with_moments(0, {0: 1.0, 2: self._variance})
 
     def first(self) -> Float[np.ndarray, " taps"]:
         """Return the taps of -int phi' x dt, which is the mean of the velocity [1/s]."""
         moments = {1: 1.0, 3: 3.0 * self._variance}
-        return self._with_moments(1, moments, self._steps()) / self.sampling_time
+        return self._with_moments(1, moments) / self.sampling_time
 
     def second(self) -> Float[np.ndarray, " taps"]:
         """Return the taps of int phi'' x dt, which is the mean of the acceleration [1/s^2]."""
         moments = {0: 0.0, 2: 2.0, 4: 12.0 * self._variance}
-        return self._with_moments(2, moments, self._steps()) / self.sampling_time**2
+        return self._with_moments(2, moments) / self.sampling_time**2
 
     def fourth(self) -> Float[np.ndarray, " taps"]:
         """Return the taps of the mean of the fourth derivative of the position [1/s^4]."""
         moments = {0: 0.0, 2: 0.0, 4: 24.0}
-        return self._with_moments(4, moments, self._steps()) / self.sampling_time**4
+        return self._with_moments(4, moments) / self.sampling_time**4
 
     def effort(self, delay: float) -> Float[np.ndarray, " taps"]:
         """Return the taps of int phi u dt for an effort that acts ``delay`` samples late [-].
 
-        The effort is held from its time stamp to the next, or smooth between them if sampled.
+        The effort is held from its time stamp to the next, or smooth between them if it has a lead.
         """
+        if self.lead > 0.0:
+            return self._with_moments(0, {0: 1.0, 1: 0.0, 2: self._variance}, delay)
         k = self._steps()
-        if self.sampled:
-            return self._with_moments(0, {0: 1.0, 1: 0.0, 2: self._variance}, k + delay)
         edges = np.append(k, k[-1] + 1.0) + delay
         return np.diff(_integral(edges / self.half_width))
-
-    @property
-    def lead(self) -> float:
-        """Time before its time stamp from which an effort acts, for a sample [samples]."""
-        return 0.5 if self.sampled else 0.0
 
     def overlap(self) -> Overlap:
         """Return the correlation of two windows over a signal with white noise."""
@@ -96,17 +93,19 @@ class Weight:
     def _at(self, k: Float[np.ndarray, " n"], order: int = 0) -> Float[np.ndarray, " n"]:
         """Return a derivative of phi, up to the sign, at k samples from the middle."""
         s = k / self.half_width
-        values = np.asarray(_WEIGHT.deriv(order)(s)) * 0.5 * (np.sign(1.0 - np.abs(s)) + 1.0)
+        values = np.asarray(_WEIGHT.deriv(order)(s)) * np.heaviside(1.0 - np.abs(s), 0.5)
         return (-1.0) ** order * _SCALE * values / self.half_width ** (order + 1)
 
     def _with_moments(
-        self, order: int, moments: Mapping[int, float], k: Float[np.ndarray, " taps"]
+        self, order: int, moments: Mapping[int, float], delay: float = 0.0
     ) -> Float[np.ndarray, " taps"]:
         """Return a derivative of phi at k samples from the middle, with moments sum taps k^n.
 
+        The k are those of the samples, later by a delay [samples].
         A sum over few samples differs from the integral. With the moments of the integral it is
         exact for polynomials up to the highest of their orders.
         """
+        k = self._steps() + delay
         taps = self._at(k, order)
         powers = np.stack([k**order for order in moments])
         weighted = powers * self._at(k)
