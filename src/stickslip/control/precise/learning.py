@@ -322,7 +322,8 @@ def choose(p: Any) -> bool:
     for h in range(MODELS):
         if p.evidence[h] < p.evidence[best]:
             best = h
-    changed = p.evidence[best] < p.evidence[p.best] - _CLEARLY
+    clearly = _CLEARLY if p.known else 0.0
+    changed = p.evidence[best] < p.evidence[p.best] - clearly
     if changed:
         p.best = best
     return changed
