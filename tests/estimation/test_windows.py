@@ -49,6 +49,16 @@ def test_sampled_effort_has_the_mean_of_what_acts(delay: float) -> None:
     assert np.sum(weight.effort(delay) * effort) == pytest.approx(3 + 0.5 * variance, rel=EXACT)
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.3, -2.4])
+def test_averaged_effort_has_the_mean_of_what_acts(delay: float) -> None:
+    weight = Weight(half_width=8, sampling_time=1.0, margin=4, averaged=True)
+    starts = np.arange(-weight.reach, weight.reach + 1) + delay
+    # Of 3 - 2 t + t^2/2 from the start of a sample to the next
+    mean = 3.0 - 2.0 * (starts + 0.5) + 0.5 * ((starts + 1.0) ** 3 - starts**3) / 3.0
+    variance = 8.0**2 / 11.0
+    assert np.sum(weight.effort(delay) * mean) == pytest.approx(3 + 0.5 * variance, rel=EXACT)
+
+
 def test_convolution_is_a_correlation_with_zero_padding() -> None:
     rng = np.random.default_rng(3)
     values = rng.standard_normal(1000)

@@ -97,6 +97,11 @@ class PreparedLog:
         return 0.5 if self.effort_kind == "sampled" else 0.0
 
     @property
+    def averaged_effort(self) -> bool:
+        """Whether the effort of a part is a mean of an effort that varies within a sample."""
+        return self.effort_kind == "mean" and not self.resampled
+
+    @property
     def resampled(self) -> bool:
         """Whether the time stamps were uneven."""
         return self.log.timing_jitter >= SMALLEST_JITTER

@@ -182,11 +182,13 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
     share = min(F / p.limit, 0.9)
     bending = F * math.sqrt(2.0 * p.bend * p.mass / max(p.limit - F, 0.1 * p.limit))
     i = COULOMB + side
-    viscous, wide = 0.0, 1.0
+    viscous, wide, low = 0.0, 1.0, 1.0
     if covariance[i, i] > _UNKNOWN:
         # At the speed of the move it is as uncertain as Coulomb friction, at least
         viscous = covariance[i, i] * F * F * p.mass / (p.limit * max(p.way, _SHORTEST))
         # Its variance is that of a log-normal, which is skewed to larger values
+        # One standard deviation less: too much effort is worse than too little
+        low = math.exp(-math.sqrt(covariance[i, i]))
         wide = math.exp(covariance[i, i]) * math.expm1(covariance[i, i]) / covariance[i, i]
     for lag in range(LAGS):
         # A lagging effort first has to exceed friction, which takes its impulse until then
@@ -205,6 +207,8 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
                     p.covariance[h, i, j] = covariance[a, b] * math.exp(values[a] + values[b])
         p.covariance[h, 2, 2] = max(p.covariance[h, 2, 2], viscous)
         p.covariance[h, 1, 1] *= wide
+        p.values[h, 1] *= low
+        p.values[h, 2] *= low
         p.covariance[h, TAUGHT, TAUGHT] = bending * bending
     p.best = 0
     for h in range(MODELS):

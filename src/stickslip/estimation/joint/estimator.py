@@ -347,7 +347,12 @@ class JointEstimator:
         for each in members:
             T = each.log.sampling_time
             width = half_width(each.motions, T, tuning)
-            weight = Weight(half_width=width, sampling_time=T, lead=each.log.effort_lead)
+            weight = Weight(
+                half_width=width,
+                sampling_time=T,
+                lead=each.log.effort_lead,
+                averaged=each.log.averaged_effort,
+            )
             part = Model(
                 rows=window_rows(each.motions.stretches, weight),
                 inertia=inertia,

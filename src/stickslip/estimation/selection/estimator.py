@@ -113,8 +113,9 @@ class SelectionTuning:
     fewest_samples
         In half a window [-], below which it matters between even time stamps whether an effort is
         held. The two kinds differ by (omega T)^2 / 24 at the angular frequency omega.
-    sampled_delays
-        Delays of a held effort [samples] that a sampled one has: half a sample less than its own.
+    kind_delay
+        Largest difference [samples] of the delay of a held effort from minus half a sample, which a
+        sampled one has, or from minus one, which a mean has.
     """
 
     motion: MotionTuning = field(default_factory=MotionTuning)
@@ -127,7 +128,7 @@ class SelectionTuning:
     plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
     effort_kind_gain: float = 0.1
     fewest_samples: int = 10
-    sampled_delays: tuple[float, float] = (-0.75, -0.25)
+    kind_delay: float = 0.25
 
 
 _LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
@@ -171,7 +172,7 @@ class SelectedModelEstimator:
         time stamp, or the ``"mean"`` since the time stamp before. None takes it for that which
         explains most if the time stamps are uneven. Between even ones the delay of the effort makes
         up for the difference, and it is held; with few samples in a window it is sampled if a held
-        one would act half a sample early.
+        one would act half a sample early, and a mean if it would act a sample early.
     tuning
         Of the method.
 
@@ -289,7 +290,7 @@ class SelectedModelEstimator:
         if self.effort_kind is not None:
             return held
         if not held.resampled:
-            return self._sampled_if_early(held)
+            return self._of_kind_by_delay(log, held)
         others = [prepare(log, effort_kind=kind) for kind in ("sampled", "mean")]
         without, *residuals = [self._residual(each) for each in (held, *others)]
         left = min(residuals)
@@ -302,8 +303,11 @@ class SelectedModelEstimator:
         )
         return replace(best, notes=(*best.notes, note))
 
-    def _sampled_if_early(self, held: PreparedLog) -> PreparedLog:
-        """Return a log with even time stamps, its effort sampled if it acts half a sample early."""
+    def _of_kind_by_delay(self, log: AxisLog, held: PreparedLog) -> PreparedLog:
+        """Return a log with even time stamps, its effort of the kind that the delay shows.
+
+        Held to the next time stamp, a sampled effort acts half a sample early, and a mean a sample.
+        """
         T, fewest = held.sampling_time, self.tuning.fewest_samples
         shortest = round(self.tuning.search.shortest_window / T)
         if self.effort_delay is not None or DELAY in self.exclude or shortest >= fewest:
@@ -312,14 +316,18 @@ class SelectedModelEstimator:
         if half_width(motions, T, self.tuning.search) >= fewest:
             return held
         delay = self._with_delay(held, motions).rows.delay
-        least, most = self.tuning.sampled_delays
-        if not least < delay < most:
+        found = held
+        if abs(delay + 0.5) < self.tuning.kind_delay:
+            found = replace(held, effort_kind="sampled")
+        elif abs(delay + 1.0) < self.tuning.kind_delay:
+            found = prepare(log, effort_kind="mean")
+        if found is held:
             return held
         note = (
-            f"the effort is taken for {EFFORT_KINDS['sampled']}: held to the next one, it would "
-            f"act {-1e3 * T * delay:.3g} ms before it is logged"
+            f"the effort is taken for {EFFORT_KINDS[found.effort_kind]}: held to the next one, it "
+            f"would act {-1e3 * T * delay:.3g} ms before it is logged"
         )
-        return replace(held, effort_kind="sampled", notes=(*held.notes, note))
+        return replace(found, notes=(*found.notes, note))
 
     def _residual(self, log: PreparedLog) -> float:
         """Return the share of the effort that a model with a delay and no further terms leaves."""
@@ -485,7 +493,10 @@ class SelectedModelEstimator:
         T = log.sampling_time
         tuning = self.tuning.search
         weight = Weight(
-            half_width=half_width(motions, T, tuning), sampling_time=T, lead=log.effort_lead
+            half_width=half_width(motions, T, tuning),
+            sampling_time=T,
+            lead=log.effort_lead,
+            averaged=log.averaged_effort,
         )
         model = Model(
             rows=window_rows(motions.stretches, weight),

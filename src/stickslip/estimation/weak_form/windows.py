@@ -34,6 +34,9 @@ class Weight:
     # Time before its time stamp from which an effort acts, for a sample [samples]; 0 if it is held,
     # and half a sample if it is smooth between the samples
     lead: float = 0.0
+    # Whether a sample of the effort is the mean over the time for which it acts, of an effort that
+    # varies meanwhile
+    averaged: bool = False
 
     @property
     def duration(self) -> float:
@@ -63,7 +66,11 @@ class Weight:
         """Return the taps of int phi u dt for an effort that acts ``delay`` samples late [-].
 
         The effort is held from its time stamp to the next, or smooth between them if it has a lead.
+        A mean over a sample adds 1/12 to the second moment of a smooth effort.
         """
+        if self.averaged:
+            moments = {0: 1.0, 1: 0.0, 2: self._variance - 1.0 / 12.0}
+            return self._with_moments(0, moments, delay + 0.5)
         if self.lead > 0.0:
             return self._with_moments(0, {0: 1.0, 1: 0.0, 2: self._variance}, delay)
         k = self._steps()
