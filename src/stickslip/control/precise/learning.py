@@ -12,7 +12,7 @@ all samples so far,
 
     J = sum of [innovation^2/S + log S],
 
-whose least is that of the delay and lag to believe. Innovations count for three standard deviations
+whose least is that of the best delay and lag. Innovations count for three standard deviations
 at most, as no axis follows the law exactly. Two deviations from the law are expected, and both are
 alike in many samples of a long move: one of a share of the way, and one of a share of the friction
 in an early part of the move, as by the Stribeck effect.
@@ -118,7 +118,7 @@ OWN_DTYPE = np.dtype(
         ("area", "f8"),  # X
         ("commands", "f8", (HISTORY,)),  # the last ones of all, as sent; the latest is the first
         ("open", "i8"),  # 1 as long as it moves one way, and its samples teach
-        ("best", "i8"),  # the model that is believed
+        ("best", "i8"),  # the model in use
         ("mass", "f8"),  # by which a row's noise is that of a sample
         ("rows", "i8"),  # so far
         ("late", "f8", (LAGS,)),  # samples by which friction counts later under a lag
@@ -138,7 +138,7 @@ _ROUGH = 5e-4  # of the way so far: no axis follows the law more closely
 _ALIKE = 20.0  # samples of a move whose deviations from the law are taken for independent
 _EARLY_FRICTION, _EARLY = 0.2, 0.05  # of friction, and of the samples of a move: unlike the law
 _NO_EARLY = 2.5  # such samples are neglected: a short move has too few to teach otherwise
-_CLEARLY = 3.0  # difference of evidence: models side by side hardly differ
+_CLEARLY = 3.0  # difference of evidence, once the delay is known: models side by side hardly differ
 _CERTAIN = 6.0  # such a difference excludes a model
 _DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
 _SIMPLER = 1.0  # evidence against each sample of an unknown lag
@@ -187,9 +187,9 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
         # At the speed of the move it is as uncertain as Coulomb friction, at least
         viscous = covariance[i, i] * F * F * p.mass / (p.limit * max(p.way, _SHORTEST))
         # Its variance is that of a log-normal, which is skewed to larger values
-        # One standard deviation less: too much effort is worse than too little
-        low = math.exp(-math.sqrt(covariance[i, i]))
         wide = math.exp(covariance[i, i]) * math.expm1(covariance[i, i]) / covariance[i, i]
+        # One standard deviation less: too much effort in a short move is worse than too little
+        low = math.exp(-math.sqrt(covariance[i, i]))
     for lag in range(LAGS):
         # A lagging effort first has to exceed friction, which takes its impulse until then
         p.late[lag] = lag * LAG_STEP * (-math.log(1.0 - share) - share) / share
@@ -321,7 +321,10 @@ def learn(p: Any, x: float, measured: bool) -> None:
 
 @compiled()
 def choose(p: Any) -> bool:
-    """Believe the model with the best evidence, if clearly better; return whether it changes."""
+    """Choose the model with the best evidence; return whether it changes.
+
+    Once the delay is known, it has to be clearly better.
+    """
     best = p.best
     for h in range(MODELS):
         if p.evidence[h] < p.evidence[best]:
@@ -352,7 +355,7 @@ def unexplained(p: Any) -> bool:
 
 @compiled()
 def model(p: Any) -> tuple[float, float, float]:
-    """Return m, F and c as believed, within what is possible.
+    """Return m, F and c of the model in use, within what is possible.
 
     A load to the side of the move that exceeds friction makes F negative, which has to be certain.
     """
