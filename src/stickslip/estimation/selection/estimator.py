@@ -107,14 +107,14 @@ class SelectionTuning:
     motion, search, saturation, rival, dwell, intervals, change, plausibility
         Tuning of the stages.
     effort_kind_gain
-        Relative decrease of the residual for which an effort with uneven time stamps is taken for
-        sampled or a mean, and not for held [-]. On public logs it is 11 to 31 % where the kind is
-        another one, and below 6 % elsewhere.
+        Relative decrease of the residual for which an effort with uneven time stamps is taken as
+        sampled or a mean, and not as held [-]. On public logs it is 11 to 31 % if the kind is
+        another one, and below 6 % otherwise.
     fewest_samples
         Samples in half a window [-], below which it matters with even time stamps whether an effort
         is held. The two kinds differ by (omega T)^2 / 24 at the angular frequency omega.
     sampled_delays
-        Bounds of the delay that a sampled effort has if it is taken for held [samples]: half a
+        Bounds of the delay that a sampled effort has if it is taken as held [samples]: half a
         sample less than its own.
     """
 
@@ -305,7 +305,7 @@ class SelectedModelEstimator:
     def _sampled_if_early(self, held: PreparedLog) -> PreparedLog:
         """Return a log with even time stamps, with a sampled effort if the log shows one.
 
-        A sampled effort that is taken for held acts half a sample before its time stamp.
+        A sampled effort that is taken as held acts half a sample before its time stamp.
         """
         T, fewest = held.sampling_time, self.tuning.fewest_samples
         shortest = round(self.tuning.search.shortest_window / T)
@@ -541,7 +541,7 @@ class SelectedModelEstimator:
             left_out.add(DELAY)
         if not self.offset:  # friction per direction would contain one
             left_out.add(DIRECTION)
-        # A wrong inertia would look like an elastic drive
+        # A wrong inertia has a similar column as an elastic drive
         if self.inertia is not None or noisy_elasticity(model.rows, motions):
             left_out.add(ELASTIC)
         offered = [term for term in terms if term.name not in left_out]

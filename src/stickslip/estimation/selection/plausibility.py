@@ -60,7 +60,7 @@ class PlausibilityTuning:
     rounded ones have steps that are coarse beside friction."""
     least_rounding: float = 0.2
     """Residual of few efforts over their rounding error [-], from which they are rounded: most
-    models leave half of it for rounded efforts, and next to nothing for exact ones."""
+    models leave half of it for rounded efforts, and much less for exact ones."""
     most_levels: int = 2000
     """Distinct efforts [-] above which their steps are small."""
     largest_step: float = 0.15

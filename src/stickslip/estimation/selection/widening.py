@@ -44,7 +44,7 @@ class IntervalTuning:
     """Standard deviation of the delay [samples] below which the log determines it."""
     similar_share: float = 0.2
     """Share of the slope of the effort that no combination of the other columns explains [-], below
-    which the estimate of the delay depends on what the model lacks."""
+    which the estimate of the delay depends on missing terms."""
     similar_factor: float = 5.0  #: Factor of the standard deviation of the delay there [-].
     unknown_asymmetry: float = 0.1
     """Standard deviation of the difference of viscous friction per direction from their mean, over
@@ -103,7 +103,7 @@ def between_moves(
 ) -> list[Float[np.ndarray, " p"]]:
     """Return the jackknife differences between moves [SI]; none if they are within chance.
 
-    A term that the model lacks acts differently in different moves.
+    A missing term acts differently in different moves.
     """
     folds = model.rows.folds
     if folds.size == 0:
@@ -132,7 +132,7 @@ def of_unknown_delay(
     the search could select a delay.
 
     If the slope of the effort is nearly a combination of the other columns, sigma is taken several
-    times as large: d then depends on what the model lacks. The uncertainty of a selected delay is
+    times as large: d then depends on missing terms. The uncertainty of a selected delay is
     then its size. Beside an elastic drive, a delay that its damping explains is not selected, and
     its change is returned for any sigma.
     """
@@ -158,7 +158,7 @@ def of_unknown_delay(
     size = tuning.unknown_delay * np.sqrt(1.0 - weight)
     if not selected:
         size = np.hypot(size, weight * delay)
-    elif similar:  # it may stand for what the model lacks
+    elif similar:  # it may replace a missing term
         size = max(size, abs(delay))
     shift = size * T * change
     return np.insert(shift, place, -size * T) if selected else shift
