@@ -61,7 +61,7 @@ class MotionRows:
     moving
         Rows whose speed exceeds the limit, shape (n,).
     delay
-        Time by which the logged effort is late with regard to the motion [s].
+        Delay of the logged effort with respect to the motion [s].
     """
 
     time: Float[np.ndarray, " n"]
@@ -151,7 +151,7 @@ class FilteredLog:
         Parameters
         ----------
         delay
-            Time by which the logged effort is late [s].
+            Delay of the logged effort with respect to the motion [s].
         """
         efforts = [np.interp((s.time + delay)[s.rows], s.time, s.effort) for s in self._stretches]
         velocity = self._joined("velocity")
@@ -184,7 +184,7 @@ class ReferenceFit:
         Velocity of the ``stribeck`` term [m/s or rad/s] and period of the ``ripple`` [m or rad],
         where the law has them.
     delay
-        Time by which the logged effort is late [s].
+        Delay of the logged effort with respect to the motion [s].
     relative_residual
         Norm of the residual over norm of the effort, on the moving rows [-].
     """
