@@ -43,11 +43,11 @@ TRUSTED = "ok"
 USABLE = frozenset({TRUSTED, "not_identifiable"})
 """Statuses whose values can be used."""
 
-_REST = 0.02
-_REST_SEARCH = 0.15
-_TOLERANCE = 0.05
-_LARGEST_TOLERANCE = 0.5
-_BOTH_WAYS = 0.02
+_REST = 0.02  # speed of a rest over the 95 % quantile of the speed [-]
+_REST_SEARCH = 0.15  # of the log, on either side of its middle, in which it may be divided [-]
+_TOLERANCE = 0.05  # least tolerance of a least-squares reference over its value [-]
+_LARGEST_TOLERANCE = 0.5  # tolerance over the value [-], from which there is no reference
+_BOTH_WAYS = 0.02  # least share of the moving rows in each direction [-]
 
 
 @dataclass(frozen=True, kw_only=True)

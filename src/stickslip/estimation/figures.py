@@ -14,7 +14,7 @@ LARGEST_PLOT = 4000
 
 _CURVE_POINTS = 100  # of the fitted law in each direction [-]
 _LARGEST_LAG = 100  # of the autocorrelation [rows]
-_NORMAL_95 = 1.959963984540054
+_NORMAL_95 = 1.959963984540054  # half of a 95 % interval over the standard deviation [-]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,23 +16,25 @@ from stickslip.estimation.fit.rows import (
 from stickslip.records import ParameterEstimate, Status, Verdict, shared_name
 
 LEAST_SIGNAL_TO_NOISE = 5.0
-"""A regressor less than five times its own noise would be biased to zero by more than 4 %."""
+"""Least norm of a regressor over that of its noise [-]: below it, least squares is biased to zero
+by more than 4 %."""
 
 INVOLVED = 0.01
-"""Component of a null direction above which a parameter takes part in it."""
+"""Component of a null direction [-] above which a parameter takes part in it."""
 
 LEAST_SPEED_VARIATION = 0.05
-"""Below 5 % variation of speed, Coulomb and viscous friction differ by less than model errors."""
+"""Standard deviation over mean of the speed [-], below which the columns of Coulomb and viscous
+friction differ by less than model errors."""
 
 LEAST_SHARE_OF_TRAVEL = 0.02
-"""A direction with less than 2 % of the travel holds no information of its own."""
+"""Share of the travel [-] below which a direction holds no information of its own."""
 
 LEAST_RANGE = 30.0
 """Range of positions over their noise or smallest step [-], below which the axis hardly moves:
 noise alone spans less than 15 standard deviations in any log that fits into a memory."""
 
 POOR_FIT = 0.5
-"""Relative residual above which the model is not what moves the axis."""
+"""Relative residual [-] above which the model does not describe the axis."""
 
 FOLDS = 5  #: Blocks of the cross-validation [-].
 _LEAST_ROWS_PER_FOLD = 4  # a fold with fewer rows has no meaningful error [-]

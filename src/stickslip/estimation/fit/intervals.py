@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 from scipy.linalg import block_diag
 from scipy.special import stdtrit
 
-CONFIDENCE = 0.95
+CONFIDENCE = 0.95  #: Of all intervals [-].
 MOST_FREQUENCIES = 12
 """Largest number of cosines [-]; see `frequencies`."""
 

@@ -48,15 +48,14 @@ class DwellTuning:
     after: int = 8
     """Samples of the motion in the fit of the breakaway's instant [-]: friction and effort change
     little in them."""
-    trials: int = (
-        4  #: Instants tried in a sample [-]; the uncertainty is larger than their distance.
-    )
+    trials: int = 4
+    """Instants that are tried in a sample [-]; the uncertainty is larger than their distance."""
     slow_power: float = 4.0
     """Power of the time with which the axis moves if friction falls slowly [-]. The difference to
     friction that falls at once widens the interval of the breakaway friction."""
     half_width: int = 5
-    """Half of the window of the effort around the breakaway [samples], within which the effort is
-    a straight line."""
+    """Half of the window of the effort around the breakaway [samples]: the effort is a straight
+    line in it."""
     largest_step: float = 6.0
     """Largest step of the effort around the breakaway over the median one, or over the resolution
     [-]: beyond it the effort jumps, and the level within the jump is not known. With noise the
