@@ -18,7 +18,7 @@ __all__ = ["Chain", "Friction", "arm_friction"]
 
 _GRAVITY = 9.81  # m/s^2
 _ORDER, _VELOCITY_CUTOFF, _EFFORT_CUTOFF = 5, 0.15, 0.2  # of the Nyquist frequency, as published
-_SMALLEST_RATIO = 1e-8  # of singular values: many inertias cannot be told apart
+_SMALLEST_RATIO = 1e-8  # of singular values: many inertias are not separable
 _INERTIAS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 _OF_A_LINK = 10  # parameters: mass, mass times centre, inertia about the joint
 

@@ -1,7 +1,7 @@
 """Friction of the joints of public arms, all of which move at once, beside published values.
 
 ``python -m studies.robot_joints --data DATA --extra EXTRA`` prints two tables. DATA has the folder
-``staubli_tx40`` of the tests; `FILES` says where those of EXTRA are from. They are not part of the
+``staubli_tx40`` of the tests; `FILES` has the origins of those of EXTRA. They are not part of the
 project. The published values are Coulomb and viscous friction, so that no term that bends the
 friction curve is selected here. The second table has the published method on the log of the UR10e,
 with and without samples near reversals.

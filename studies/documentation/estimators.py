@@ -62,7 +62,7 @@ TITLES = {
 
 
 class Estimator(Protocol):
-    """What all of them offer."""
+    """Protocol of all estimators here."""
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Return the estimate from a log."""
@@ -70,7 +70,7 @@ class Estimator(Protocol):
 
 
 def effort() -> np.ndarray:
-    """Return the push of all runs: two sines, so that speeds vary and reversals rest."""
+    """Return the effort of all runs [N]: two sines, for varying speeds and rests at reversals."""
     time = np.arange(0.0, DURATION, T)
     return 3.0 * np.sin(2.0 * time) + 2.0 * np.sin(5.1 * time)
 
@@ -86,7 +86,7 @@ def axis(viscous: float, static: float = COULOMB) -> SingleMass:
 def moved(
     viscous: float, static: float = COULOMB, force: np.ndarray | None = None
 ) -> SimulatedMotion:
-    """Return the axis' motion under the push and a disturbing force."""
+    """Return the motion of the axis under the effort and a disturbance force [N]."""
     pushed = effort() if force is None else effort() + force
     return simulate(axis(viscous, static), pushed, sampling_time=T)
 
@@ -101,13 +101,13 @@ def sensors_of(noise: float, *, measured: bool = True) -> Sensors:
 
 
 def seen(motion: SimulatedMotion, noise: float, seed: int, *, measured: bool = True) -> AxisLog:
-    """Return what sensors record of it; the log holds the commanded push, whatever disturbed it."""
+    """Return the log of a motion with the commanded effort, without the disturbance force."""
     log = sensors_of(noise, measured=measured).measure(motion, np.random.default_rng(seed))
     return replace(log, effort=np.append(effort(), effort()[-1]))
 
 
 def ar1(seed: int, deviation: float) -> np.ndarray:
-    """Return a slow disturbing force [N]."""
+    """Return a slow disturbance force [N]."""
     rng = np.random.default_rng(seed)
     steps = rng.normal(size=effort().size) * deviation * np.sqrt(1.0 - SLOW_AR**2)
     force = np.empty(steps.size)
@@ -125,7 +125,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """How an estimator did in many runs: relative errors, and shares of runs."""
+    """Relative errors of an estimator in many runs, and shares of runs."""
 
     errors: dict[str, np.ndarray]
     covered: dict[str, float] | None
@@ -180,9 +180,9 @@ def scored(estimator: Estimator, logs: Sequence[AxisLog], truth: Mapping[str, fl
 
 
 def followed(observer: AdaptiveObserver, motion: SimulatedMotion) -> float:
-    """Return Coulomb friction as an observer of the force of the moment ends at, in closed form.
+    """Return the final Coulomb friction of an observer of the total friction, in closed form.
 
-    f_c + c times the mean speed while moving, the past weighing exp(-rate t).
+    f_c + c times the mean speed while moving, weighted by exp(-rate t) in the past.
     """
     v = motion.velocity
     moving = v[:-1] * v[1:] > 0
@@ -220,8 +220,8 @@ def observers() -> str:
         "observer",
         "$f_c$, Coulomb only, $c = 0$",
         f"$f_c$, Coulomb only, $c = {VISCOUS:g}$",
-        "$f_c$, both sought",
-        "$c$, both sought",
+        "$f_c$, both estimated",
+        "$c$, both estimated",
         "$f_c$, both, noise, no dead band",
         "$c$, both, noise, no dead band",
         "$f_c$, both, noise, dead band",
@@ -246,7 +246,7 @@ def kalman() -> str:
         cases[f"static friction {100 * excess:g} % higher"] = lambda seed, sticky=sticky: seen(
             sticky, LARGE, seed
         )
-    cases[f"disturbing force, AR(1) {SLOW_AR:g}, 0.1 N"] = lambda seed: seen(
+    cases[f"disturbance force, AR(1) {SLOW_AR:g}, 0.1 N"] = lambda seed: seen(
         moved(VISCOUS, force=ar1(seed, 0.1)), LARGE, seed
     )
     near = {name: 0.9 * true for name, true in TRUTH.items()}
@@ -293,14 +293,14 @@ def kalman() -> str:
     ]
     return (
         f"The same axis, {MANY} runs with white noise alone and {RUNS} otherwise, {LARGE:g} m/s on "
-        f"the velocity and {0.01 * LARGE:g} m on the position. Lost: a friction off by more than "
-        f"{100 * FAR:.0f} %. Trusted: what the estimate says of itself. The Cramér-Rao bound is "
+        f"the velocity and {0.01 * LARGE:g} m on the position. Lost: an error of more than "
+        f"{100 * FAR:.0f} %. Trusted: by the status of the estimate. The Cramér-Rao bound is "
         f"{lowest()}.\n\n" + table(head, rows)
     )
 
 
 def lowest() -> str:
-    """Return the least standard deviations that white noise allows."""
+    """Return the smallest standard deviations under white noise, in words."""
     kinds: list[str] = []
     for kind, measured in (("with the velocity measured", True), ("with the position only", False)):
         bound = cramer_rao_bound(
@@ -332,13 +332,13 @@ def decays() -> str:
     head = ["noise [m]", "m [%]", "$f_c$ [%]", "$c$ [%]"]
     head += ["m covered [%]", "$f_c$ covered [%]", "$c$ covered [%]"]
     return (
-        "A mass of 2 kg on a clamped spring of 50 N/m, let go at 0.5 m, f_c = 0.8 N, c = 0.5 N "
+        "A mass of 2 kg on a clamped spring of 50 N/m, released at 0.5 m, f_c = 0.8 N, c = 0.5 N "
         f"s/m, 5 ms; {RUNS} runs each.\n\n" + table(head, rows)
     )
 
 
 def instruments() -> str:
-    """Test how noise in the rows biases least squares, the inertia being sought."""
+    """Test how noise in the rows biases least squares with an unknown inertia."""
     motion = moved(VISCOUS)
     truth = {"mass": MASS, **TRUTH}
     rows: list[list[str]] = []
@@ -358,14 +358,14 @@ def instruments() -> str:
             )
             rows.append([f"{noise:g}", TITLES[one.name], *(score.cell(name) for name in truth)])
     return (
-        f"The solutions of the rows, whether the estimate trusts them or not; {RUNS} runs each, "
+        f"The least-squares solutions of the rows, with any status; {RUNS} runs each, "
         "position only, every 1 ms.\n\n"
         + table(["noise [m]", "estimator", "m [%]", "$f_c$ [%]", "$c$ [%]"], rows)
     )
 
 
 def side_by_side() -> str:
-    """Compare all on the same logs, the mass being known."""
+    """Compare all on the same logs with a known mass."""
     motion = moved(VISCOUS)
     cases: dict[str, Callable[[int], AxisLog]] = {
         "velocity measured": lambda seed: seen(motion, LARGE, seed),
@@ -407,7 +407,7 @@ def side_by_side() -> str:
 
 
 def name_of(estimator: Estimator) -> str:
-    """Return the name that its estimates bear."""
+    """Return the name in its estimates."""
     return str(getattr(estimator, "name", ""))
 
 

@@ -27,8 +27,8 @@ SHOWN = ("5.3", "6.1", "6.6")
 PARAMETERS = {"coulomb_friction": "$f_c$", "viscous_friction": "$c$"}
 
 
-def told(score: VariantScore) -> str:
-    """Return which standard deviations a variant was told."""
+def assumed_noise(score: VariantScore) -> str:
+    """Return the standard deviations that a variant assumes, over the true ones."""
     return "none" if score.assumed is None else f"× {score.assumed:g}"
 
 
@@ -44,9 +44,9 @@ def errors(scores: Sequence[VariantScore]) -> str:
             for noise in noises
             for name in PARAMETERS
         ]
-        rows.append([variant, told(found[variant, assumed, noises[0]]), *cells])
+        rows.append([variant, assumed_noise(found[variant, assumed, noises[0]]), *cells])
     head = [f"{symbol}, noise × {noise:g}" for noise in noises for symbol in PARAMETERS.values()]
-    return table(["variant", "σ told", *head], rows)
+    return table(["variant", "assumed σ", *head], rows)
 
 
 def coverage(scores: Sequence[VariantScore]) -> str:
@@ -54,7 +54,7 @@ def coverage(scores: Sequence[VariantScore]) -> str:
     rows = [
         [
             each.variant,
-            told(each),
+            assumed_noise(each),
             each.loop,
             f"× {each.noise:g}",
             *(f"{100 * each.coverage[name]:.1f}" for name in PARAMETERS),
@@ -63,7 +63,7 @@ def coverage(scores: Sequence[VariantScore]) -> str:
         if each.coverage is not None
     ]
     heads = [f"{symbol} [%]" for symbol in PARAMETERS.values()]
-    return table(["variant", "σ told", "loop", "noise", *heads], rows)
+    return table(["variant", "assumed σ", "loop", "noise", *heads], rows)
 
 
 def tables(made: Reproduction) -> str:
@@ -76,7 +76,7 @@ def tables(made: Reproduction) -> str:
         f"{made.options['runs']} runs of each loop and noise, seed {made.options['seed']} "
         "(`python -m studies.documentation.variants`; `python -m studies.van_de_wijdeven part-a "
         f"--runs {made.options['runs']}` gives the same). Noise is over that of the surrogate "
-        "values, σ told over the true one. [What the variants are, and which to "
+        "values, assumed σ over the true one. [What the variants are, and which to "
         "choose](energy.md).\n",
     ]
     for loop in loops:

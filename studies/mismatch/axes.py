@@ -1,4 +1,4 @@
-"""Random axes: what they are, how they move and how they are controlled.
+"""Random axes with their motion and their controller.
 
 An axis is drawn in ratios (friction to drive limit, offset to friction, and so on), so that one
 drive serves a stage of 100 kg as well as a servo of 1e-4 kg m^2. `physical` turns the ratios into
@@ -154,7 +154,7 @@ class Setup:
     noise
         Standard deviation of the logged effort's noise over the limit.
     known_mass
-        Mass handed to ``identify`` over the true one; None hands none over.
+        Mass given to ``identify`` over the true one; None gives none.
     """
 
     kind: Kind
@@ -278,11 +278,11 @@ def draw_setup(rng: np.random.Generator, kind: Kind, seed: int) -> Setup:
 
 
 def _limit(setup: Setup) -> float:
-    """Return the drive's limit [N or N m]: what the motion needs over the part that it may use."""
+    """Return the drive's limit [N or N m], of which the motion needs the share ``use``."""
     peak = setup.mass * 0.5 * np.pi * setup.top_speed / setup.ramp_time
     other = 1.0 + setup.viscous + setup.quadratic + setup.two_thirds + abs(setup.offset)
     other += abs(setup.coulomb_skew) + setup.spring + setup.gravity + setup.ripple
-    # A heavy load would leave nothing to the drive: the limit is at least 1.2 of all other forces.
+    # Under a heavy load the limit is at least 1.2 of all other forces, so that the axis can move.
     return float(max(peak / max(setup.use - setup.coulomb * other, 0.1 * setup.use), 0.0))
 
 
@@ -350,8 +350,8 @@ def true_values(setup: Setup) -> dict[str, float]:
     Coulomb and static friction of a direction contain the offset, as an effort in one direction
     contains both. The plain names are those of the symmetric law nearest to both directions. For a
     drift they are the values at mid-time. The offset is the effort at position zero. Terms that the
-    axis does not have are zero. Static friction and its velocity stand for a fixed Stribeck effect
-    only: where breakaway depends on the dwell time, they have no one value.
+    axis does not have are zero. Static friction and its velocity are those of a fixed Stribeck
+    effect: if the breakaway friction depends on the dwell time, they have no single value.
     """
     plant = physical(setup)
     coulomb = 0.5 * (plant.coulomb_positive + plant.coulomb_negative)
@@ -389,11 +389,11 @@ def true_values(setup: Setup) -> dict[str, float]:
 
 
 def scales(setup: Setup) -> dict[str, float]:
-    """Return what an error of each parameter is compared with [SI].
+    """Return the scale of the error of each parameter [SI].
 
-    It is the true value, and for an offset the true Coulomb friction. Terms that the axis does not
-    have are compared with what gives Coulomb friction at top speed, over the travel or over the
-    log; both components of a gravity load with its amplitude.
+    It is the true value, and for an offset the true Coulomb friction. For a term that the axis does
+    not have it is the value that gives Coulomb friction at top speed, over the travel or over the
+    log; for both components of a gravity load it is the amplitude.
     """
     plant = physical(setup)
     truth = true_values(setup)

@@ -1,4 +1,4 @@
-"""``python -m studies.mismatch.bound``: what no estimator can avoid in the noise cases.
+"""``python -m studies.mismatch.bound``: smallest errors of an estimator in the noise cases.
 
 The effort of an axis is ``u = m a + c v + f_c sign(v) + f_0 + d``. The true motion is known here,
 and so are the mean square and the correlation of d (white noise on the logged effort, white and
@@ -28,9 +28,10 @@ __all__ = ["main", "relative_bounds", "unavoidable_rate"]
 
 CASES = ("noise", "noise_double", "noise_fourfold", "correlated_098", "correlated_0998")
 EVERY = 4
-"""Samples from one row to the next: the covariance of all of them would not fit into a cache."""
+"""Samples from one row to the next [-]: the covariance of all samples would not fit into a
+cache."""
 SLOW = 0.02
-"""Share of the largest speed below which friction does not oppose the velocity."""
+"""Share of the largest speed [-] below which friction may not oppose the velocity."""
 NORMAL_95 = 1.959963984540054
 
 

@@ -68,9 +68,10 @@ class Recorded:
     truth
         True parameters by the names that estimates use [SI] (`axes.true_values`).
     scales
-        What an error of each of them is compared with [SI] (`axes.scales`).
+        Scale of the error of each of them [SI] (`axes.scales`).
     delay
-        Samples by which the effort acts later than it is logged; negative where the log is late.
+        Time by which the effort acts later than it is logged [samples]; negative for a delay of the
+        log.
     curve
         True effort at constant velocity [N or N m] over velocity [m/s or rad/s], with the offset,
         without position-dependent loads.
@@ -103,7 +104,7 @@ def _case(group: Group, name: str, description: str, *effects: str, **more: Any)
 
 _ALL = (
     _case("ideal", "ideal", "exact effort", "no_noise"),
-    _case("noise", "noise", "nothing but effort noise"),
+    _case("noise", "noise", "effort noise only"),
     _case("noise", "noise_half", "effort noise x 0.5", "noise_half"),
     _case("noise", "noise_double", "effort noise x 2", "noise_double"),
     _case("noise", "noise_fourfold", "effort noise x 4", "noise_fourfold"),
@@ -125,10 +126,10 @@ _ALL = (
     _case("in_class", "mass_known", "mass given", "mass_known"),
     _case("in_class", "velocity", "velocity measured as well", "velocity"),
     _case("unmodelled", "mass_wrong", "mass given, 10 % wrong", "mass_wrong"),
-    _case("unmodelled", "delay_0_5", "effort 0.5 samples late", "delay_0_5"),
-    _case("unmodelled", "delay_1", "effort 1 sample late", "delay_1"),
-    _case("unmodelled", "delay_2", "effort 2 samples late", "delay_2"),
-    _case("unmodelled", "delay_5", "effort 5 samples late", "delay_5"),
+    _case("unmodelled", "delay_0_5", "effort delay of 0.5 samples", "delay_0_5"),
+    _case("unmodelled", "delay_1", "effort delay of 1 sample", "delay_1"),
+    _case("unmodelled", "delay_2", "effort delay of 2 samples", "delay_2"),
+    _case("unmodelled", "delay_5", "effort delay of 5 samples", "delay_5"),
     _case("unmodelled", "gain_drift", "torque constant -10 % during the log", "gain_drift"),
     _case("unmodelled", "rate_50", "sampled at 50 Hz", "rate_50"),
     _case("unmodelled", "rate_20", "sampled at 20 Hz", "rate_20"),
@@ -138,7 +139,7 @@ _ALL = (
     _case("unmodelled", "resonance", "drive resonance at 20-60 Hz", "resonance"),
     _case("unmodelled", "backlash", "backlash, friction on both sides", "backlash"),
     _case("unmodelled", "units", "mm read as m, degrees read as rad", "units"),
-    _case("unmodelled", "velocity_delayed", "velocity 2-10 ms late", "velocity_delayed"),
+    _case("unmodelled", "velocity_delayed", "velocity delay of 2-10 ms", "velocity_delayed"),
     _case("unmodelled", "velocity_filtered", "velocity filtered, 15-60 Hz", "velocity_filtered"),
     _case(
         "unmodelled",
@@ -167,8 +168,10 @@ _ALL = (
     _case("unmodelled", "one_direction", "one direction only", "one_direction"),
     _case("unmodelled", "glitches", "1-5 encoder glitches", "glitches"),
     _case("unmodelled", "wrapped", "angle modulo 2 pi", "wrapped", kinds=("rotary",)),
-    _case("unmodelled", "delay_stribeck", "2 samples late, Stribeck", "delay_2", "stribeck"),
-    _case("unmodelled", "delay_noise", "2 samples late, noise x 4", "delay_2", "noise_fourfold"),
+    _case("unmodelled", "delay_stribeck", "delay of 2 samples, Stribeck", "delay_2", "stribeck"),
+    _case(
+        "unmodelled", "delay_noise", "delay of 2 samples, noise x 4", "delay_2", "noise_fourfold"
+    ),
     _case(
         "in_class",
         "presliding_asymmetry",
@@ -198,13 +201,17 @@ _ALL = (
         "rate_250",
     ),
     _case(
-        "unmodelled", "saturated_delay", "drive saturates, 1 sample late", "saturated", "delay_1"
+        "unmodelled",
+        "saturated_delay",
+        "drive saturates, delay of 1 sample",
+        "saturated",
+        "delay_1",
     ),
-    _case("unmodelled", "resonance_delay", "resonance, 1 sample late", "resonance", "delay_1"),
+    _case("unmodelled", "resonance_delay", "resonance, delay of 1 sample", "resonance", "delay_1"),
     _case(
         "unmodelled",
         "correlated_delay",
-        "AR(1) 0.998, 2 samples late",
+        "AR(1) 0.998, delay of 2 samples",
         "correlated_0998",
         "delay_2",
     ),

@@ -1,4 +1,4 @@
-"""What departs from an ideal axis or an ideal log, one effect each; effects combine.
+"""Deviations from an ideal axis or an ideal log, one effect each; effects combine.
 
 An effect changes the setup before the simulation, distorts the recorded columns after it, or does
 both.
@@ -65,7 +65,7 @@ Distortion = Callable[[Columns, Setup, Rng], Columns]
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """One departure from the ideal.
+    """One deviation from the ideal.
 
     Attributes
     ----------
@@ -216,7 +216,7 @@ def _one_direction(setup: Setup, _rng: Rng) -> Setup:
 
 
 def _delay(samples: float) -> Effect:
-    """Return an effort that acts late, or one that is logged late, in turn."""
+    """Return a delay of the actuation or of the logging, in turn."""
 
     def change(setup: Setup, _rng: Rng) -> Setup:
         setup = replace(setup, bandwidth=min(setup.bandwidth, 12.0))
@@ -224,15 +224,15 @@ def _delay(samples: float) -> Effect:
             return replace(setup, logging_delay=samples * CYCLE)
         return replace(setup, actuation_delay=samples * CYCLE)
 
-    return Effect(change=change, distort=_logged_late)
+    return Effect(change=change, distort=_with_logging_delay)
 
 
-def _logged_late(columns: Columns, setup: Setup, _rng: Rng) -> Columns:
+def _with_logging_delay(columns: Columns, setup: Setup, _rng: Rng) -> Columns:
     samples = setup.logging_delay / CYCLE
     whole, part = int(samples), samples - int(samples)
-    late = np.concatenate((np.full(whole + 1, columns.effort[0]), columns.effort))
+    delayed = np.concatenate((np.full(whole + 1, columns.effort[0]), columns.effort))
     n = columns.effort.size
-    return replace(columns, effort=(1 - part) * late[1 : n + 1] + part * late[:n])
+    return replace(columns, effort=(1 - part) * delayed[1 : n + 1] + part * delayed[:n])
 
 
 def _saturated(setup: Setup, rng: Rng) -> Setup:
@@ -266,7 +266,10 @@ def _coarse(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
 
 
 def _gain_step(columns: Columns, setup: Setup, rng: Rng) -> Columns:
-    """Log an effort of which the axis gets 1.06 to 1.25 times as much, or as little, later on."""
+    """Change the gain from the logged effort to the axis at a random instant.
+
+    The factor is 1.06 to 1.25, or its inverse.
+    """
     gain = rng.uniform(1.06, 1.25) ** _sign(rng)
     later = columns.time > rng.uniform(0.3, 0.7) * setup.duration
     return replace(columns, effort=np.where(later, columns.effort / gain, columns.effort))
@@ -342,8 +345,8 @@ def _velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
 
 def _delayed_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
     velocity = _noisy_velocity(columns, setup, rng)
-    late = int(rng.integers(2, 11))
-    return replace(columns, velocity=np.concatenate((np.zeros(late), velocity[:-late])))
+    delay = int(rng.integers(2, 11))
+    return replace(columns, velocity=np.concatenate((np.zeros(delay), velocity[:-delay])))
 
 
 def _filtered_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:

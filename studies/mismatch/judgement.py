@@ -1,4 +1,4 @@
-"""Whether an identification is right: its intervals against the truth behind its log."""
+"""Comparison of an identification with the truth of its log."""
 
 import re
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ class Judged:
     truth
         True value [SI].
     error
-        Estimate minus truth, over what an error is compared with [-].
+        Estimate minus truth, over the scale of its error [-].
     """
 
     value: float
@@ -94,7 +94,7 @@ def judge_run(case_name: str, seed: int, options: Mapping[str, Any]) -> dict[str
 
 
 def _reason(kind: str, message: object) -> str:
-    """Return a status of one line in which numbers do not count."""
+    """Return a status of one line with # in place of numbers."""
     first = str(message).strip().splitlines()[0] if str(message).strip() else "no message"
     return f"{kind}: " + re.sub(r"\d[\d.e+-]*", "#", first)[:150]
 
@@ -173,8 +173,8 @@ def _judged(estimate: FrictionEstimate, recorded: Recorded) -> tuple[dict[str, J
 def _curve(found: Identification, recorded: Recorded) -> dict[str, Any] | None:
     """Compare the friction curve at the driven velocities; None where none can be predicted.
 
-    ``coverage``: share of the velocities at which the truth lies within t standard errors;
-    ``critical``: whether it lies outside, by a large error, at any of them; ``error``: largest
+    ``coverage``: share of the velocities at which the truth is within t standard errors;
+    ``critical``: whether it is outside, by a large error, at any of them; ``error``: largest
     relative error; ``band``: share inside the band of the identification's own curve, or None.
     """
     estimate, v = found.estimate, recorded.velocities

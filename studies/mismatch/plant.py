@@ -1,7 +1,7 @@
 """A motion axis in fine steps of 20 µs, in a sampled PID loop.
 
-The plant shares no code with `stickslip.simulation`. It exists to test estimators on logs that
-their own simulator cannot make.
+The plant shares no code with `stickslip.simulation`. It tests estimators on logs that their own
+simulator cannot make.
 
 The first (motor-side) body obeys
 
@@ -138,7 +138,7 @@ class Controller(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What happened, at the instants of the controller; shape (n,) each.
+    """Signals at the instants of the controller; shape (n,) each.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class Run(NamedTuple):
     reading
         Position as the encoder reads it [m].
     command
-        Effort that the controller asks for [N].
+        Effort that the controller commands [N].
     effort
         The same within the drive's limit [N]; held until the next instant.
     """
@@ -287,7 +287,7 @@ def _dry_step(
     new = velocity + step * (force - direction * friction) / (mass + 0.5 * step * slope)
     if new * velocity > 0.0:
         return new, 0.5 * step * (velocity + new)
-    # The body stops inside the step and goes on only if the other forces exceed static friction.
+    # The body stops inside the step and moves on only if the other forces exceed static friction.
     until_rest = step * velocity / (velocity - new)
     displacement = 0.5 * until_rest * velocity
     coulomb = coulomb_positive if force > 0.0 else coulomb_negative

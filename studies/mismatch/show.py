@@ -1,4 +1,4 @@
-"""Draw a recorded log, to see that it is what its case says."""
+"""Figure of a recorded log, to check that it agrees with its case."""
 
 from pathlib import Path
 

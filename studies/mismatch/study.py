@@ -35,7 +35,7 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """What to run.
+    """Cases and options of a study.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ def run_study(study: Study) -> tuple[list[dict[str, Any]], bool]:
     Parameters
     ----------
     study
-        What to run.
+        Its cases and options.
 
     Returns
     -------
@@ -136,7 +136,7 @@ def _single_threads() -> Generator[None]:
 
 
 def _pool(processes: int) -> ProcessPoolExecutor:
-    # The parent alone answers Ctrl-C; the workers end with it.
+    # Only the parent handles Ctrl-C; the workers end with it.
     return ProcessPoolExecutor(
         processes,
         mp_context=get_context("spawn"),
@@ -153,9 +153,9 @@ def save(
     Parameters
     ----------
     folder
-        Where to write; made if it does not exist.
+        Folder of the files; made if it does not exist.
     study, runs, complete
-        What was run, what it gave and whether it ended.
+        The study, its runs, and whether these are all.
     command
         Command line, for the record.
 
@@ -186,7 +186,7 @@ def save(
 
 
 def _finite(value: Any) -> Any:
-    """Return plain JSON types with null for what is not finite."""
+    """Return plain JSON types with null for numbers that are not finite."""
     if isinstance(value, Mapping):
         return {str(key): _finite(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

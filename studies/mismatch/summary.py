@@ -113,9 +113,9 @@ def _summary(runs: Sequence[Run]) -> dict[str, Any]:
 
 
 def nominal_rate(parameters: Iterable[Mapping[str, float]]) -> float:
-    """Return the probability of a critical result if intervals so wide held with exactly 95 % [-].
+    """Return the probability of a critical result with intervals of exactly 95 % [-].
 
-    Errors are taken for normal and independent of each other.
+    The intervals have the reported widths. Errors are taken as normal and independent.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def _failed(group: str, case: Mapping[str, Any]) -> list[str]:
     """Return the acceptance criteria that the measured rates do not meet.
 
     A criterion ends with ``(!)`` if the Wilson 95 % interval of the rate excludes it too; otherwise
-    it may be missed by chance.
+    the miss may be chance.
     """
     failed: list[str] = []
 

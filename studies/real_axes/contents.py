@@ -33,12 +33,12 @@ CANDIDATES: Mapping[str, tuple[str, ...]] = {
 
 DELAY = "delay"
 
-_FOLDS = 4
-_WORTH = 0.02
-_MOST_STEPS = 4
-_LINES_PER_TRAVEL = 2
-_MOST_PERIODS = 150.0
-_FEWEST_PERIODS = 1.5
+_FOLDS = 4  # blocks of the cross-validation [-]
+_WORTH = 0.02  # least decrease of the error by a term [-]
+_MOST_STEPS = 4  # most terms that are added one after the other [-]
+_LINES_PER_TRAVEL = 2  # lines of the spectrum for each wave along the travel [-]
+_MOST_PERIODS = 150.0  # of a ripple along the travel [-]
+_FEWEST_PERIODS = 1.5  # of a ripple along the travel [-]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,8 @@
 """Load the public logs: as recorded, with their jitter and gaps, in SI units.
 
-The required files lie in the folder of public data, the extra ones in a folder of their own (see
-`sources`). Where a machine reports its effort in ampere, so does the log: its parameters are then
-in A s²/rad instead of kg m², and so on.
+The required files are in the folder of public data, the extra ones in a folder of their own (see
+`sources`). If a machine reports its effort in ampere, the parameters of the log are in A s²/rad
+instead of kg m², and so on.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -34,7 +34,7 @@ class ReferenceValue:
     value
         Published, or from a least-squares fit [unit of the parameter].
     tolerance
-        How far the reference itself may be off [same unit].
+        Largest error of the reference itself [same unit].
     source
         Where it comes from.
     """
@@ -46,14 +46,14 @@ class ReferenceValue:
 
 @dataclass(frozen=True, kw_only=True)
 class RealLog:
-    """A public log with what is known of it.
+    """A public log with its reference values and properties.
 
     Attributes
     ----------
     name
         Unique name.
     machine
-        What was recorded.
+        The recorded machine.
     log
         The recording.
     reference
@@ -61,7 +61,7 @@ class RealLog:
     terms
         Terms of the least-squares reference for this machine.
     fitted
-        Terms whose value in a least-squares fit stands in for a reference that is not known.
+        Terms whose value in a least-squares fit replaces a reference that is not known.
     cutoff
         Cutoff of the reference's low-pass [Hz].
     slow
@@ -73,7 +73,7 @@ class RealLog:
     usable
         Whether an effort law fits the log. Otherwise status ``ok`` would be a failure.
     remark
-        What to know when reading the result.
+        Remark for the interpretation of the result.
     """
 
     name: str
@@ -90,7 +90,7 @@ class RealLog:
     remark: str = ""
 
     def filtered(self, log: AxisLog | None = None) -> FilteredLog:
-        """Return the log, or a part of it, as the reference takes it."""
+        """Return the log, or a part of it, filtered for the reference."""
         log = self.log if log is None else log
         return FilteredLog(
             time=log.time,

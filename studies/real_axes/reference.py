@@ -35,16 +35,16 @@ PLAIN_TERMS = ("inertia", "viscous_friction", "coulomb_friction", "offset")
 FEWEST_ROWS = 40
 """Moving rows that a fit needs at least, ten for each plain term [-]."""
 
-_ORDER = 4
-_GAP = 3.5
-_GAP_PERIODS = 0.25
-_EDGE_PERIODS = 1.5
-_ROWS_PER_PERIOD = 4.0
-_DELAY_REACH = 0.025
-_DELAY_STEP = 0.0025
-_DELAY_TOLERANCE = 1e-5
-_DELAY_GAIN = 0.01
-_STRIBECK_SPEEDS = 12
+_ORDER = 4  # of the low-pass, in one pass
+_GAP = 3.5  # step of time over the median one [-], beyond which it is a gap
+_GAP_PERIODS = 0.25  # the same in periods of the cutoff [-]; the longer of both counts
+_EDGE_PERIODS = 1.5  # of the cutoff at the ends of a stretch, where the low-pass extrapolates [-]
+_ROWS_PER_PERIOD = 4.0  # rows in a period of the cutoff [-]
+_DELAY_REACH = 0.025  # largest delay in the search, of either sign [s]
+_DELAY_STEP = 0.0025  # step of its grid [s]
+_DELAY_TOLERANCE = 1e-5  # of its refinement [s]
+_DELAY_GAIN = 0.01  # least decrease of the residual by a delay [-]
+_STRIBECK_SPEEDS = 12  # Stribeck velocities that are tried [-]
 _NO_SHAPES: Mapping[str, float] = MappingProxyType({})
 
 
@@ -61,7 +61,7 @@ class MotionRows:
     moving
         Rows whose speed exceeds the limit, shape (n,).
     delay
-        Time by which the logged effort is late with regard to the motion [s].
+        Delay of the logged effort with respect to the motion [s].
     """
 
     time: Float[np.ndarray, " n"]
@@ -151,7 +151,7 @@ class FilteredLog:
         Parameters
         ----------
         delay
-            Time by which the logged effort is late [s].
+            Delay of the logged effort with respect to the motion [s].
         """
         efforts = [np.interp((s.time + delay)[s.rows], s.time, s.effort) for s in self._stretches]
         velocity = self._joined("velocity")
@@ -184,7 +184,7 @@ class ReferenceFit:
         Velocity of the ``stribeck`` term [m/s or rad/s] and period of the ``ripple`` [m or rad],
         where the law has them.
     delay
-        Time by which the logged effort is late [s].
+        Delay of the logged effort with respect to the motion [s].
     relative_residual
         Norm of the residual over norm of the effort, on the moving rows [-].
     """

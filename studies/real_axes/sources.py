@@ -1,6 +1,6 @@
-"""The extra public logs: where each file comes from, and its hash.
+"""The extra public logs: origin and hash of each file.
 
-The files are not part of the project. To bring one, clone its repository and write
+The files are not part of the project. To add one, clone its repository and run
 
     git show COMMIT:PATH > FOLDER/FILE
 
@@ -21,7 +21,7 @@ class ExtraFile:
     Attributes
     ----------
     file
-        Where it lies in the folder of extra logs.
+        Path in the folder of extra logs.
     repository, commit, path
         The GitHub repository, its commit and the path in it.
     sha256

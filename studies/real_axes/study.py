@@ -37,22 +37,22 @@ __all__ = [
 
 NO_WORSE = 1.05
 """Largest ratio of an estimate's prediction error to that of least squares with the same terms that
-counts as "no worse" [-]; 5 % is about what the choice of the reference's cutoff moves it by."""
+counts as "no worse" [-]; the cutoff of the reference changes it by about 5 %."""
 
 TRUSTED = "ok"
 USABLE = frozenset({TRUSTED, "not_identifiable"})
 """Statuses whose values can be used."""
 
-_REST = 0.02
-_REST_SEARCH = 0.15
-_TOLERANCE = 0.05
-_LARGEST_TOLERANCE = 0.5
-_BOTH_WAYS = 0.02
+_REST = 0.02  # speed of a rest over the 95 % quantile of the speed [-]
+_REST_SEARCH = 0.15  # of the log, on either side of its middle, in which it may be divided [-]
+_TOLERANCE = 0.05  # least tolerance of a least-squares reference over its value [-]
+_LARGEST_TOLERANCE = 0.5  # tolerance over the value [-], from which there is no reference
+_BOTH_WAYS = 0.02  # least share of the moving rows in each direction [-]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What `stickslip.identify` returned for a log.
+    """Result of `stickslip.identify` for a log.
 
     Attributes
     ----------
@@ -65,8 +65,8 @@ class Outcome:
     half_widths
         Half of each 95 % interval [same unit].
     plain
-        Viscous and Coulomb friction and offset of the plain law that is nearest over the speeds of
-        the log: value and half of the 95 % interval [same unit].
+        Viscous and Coulomb friction and offset of the nearest plain law over the speeds of the log:
+        value and half of the 95 % interval [same unit].
     units
         Unit of each parameter.
     selected
@@ -135,7 +135,7 @@ class Agreement:
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """Everything that the study says about one log.
+    """Results of the study for one log.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class Judgement:
     inside
         Agreement of the whole log's estimate with the reference.
     delay
-        Delay of the effort that suits the reference fit of the whole log best [s].
+        Delay of the effort in the reference fit of the whole log [s].
     terms
         Terms of the law that the estimate returned, for the reference with the same terms.
     prediction
@@ -177,12 +177,12 @@ class Judgement:
 
     @property
     def usable(self) -> bool:
-        """Whether the values that the whole log gives can be used."""
+        """Whether the values of the whole log can be used."""
         return self.whole.status in USABLE
 
     @property
     def usable_halves(self) -> bool:
-        """Whether both halves give values that can be used."""
+        """Whether the values of both halves can be used."""
         return {self.first.status, self.second.status} <= USABLE
 
     @property
@@ -192,7 +192,7 @@ class Judgement:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What is wrong with values that can be used; empty if there are none."""
+        """Faults of values that can be used; empty if there are none."""
         if not self.usable:
             return ()
         found = [] if self.log.usable or not self.trusted else ["no effort law fits this log"]
@@ -255,7 +255,7 @@ def judge(real: RealLog, tick: Callable[[str], None]) -> Judgement:
     terms = _terms_of(first.values)
     ours = whole.comparable(plain=True)
     if not set(_terms_of(whole.values)) & _OF_POSITION <= set(real.terms):
-        ours.pop("offset", None)  # it is what the spring has at its origin
+        ours.pop("offset", None)  # it contains the force of the spring at the origin
     return Judgement(
         log=real,
         whole=whole,
@@ -277,7 +277,7 @@ def judge(real: RealLog, tick: Callable[[str], None]) -> Judgement:
 
 
 def split_index(log: AxisLog) -> int:
-    """Return where a log is cut: at the rest nearest to its middle in time, or at the middle."""
+    """Return the sample that divides a log: at the rest nearest to its middle, or at the middle."""
     middle = int(np.searchsorted(log.time, (log.time[0] + log.time[-1]) / 2))
     reach = int(_REST_SEARCH * len(log))
     window = max(1, len(log) // 500)
@@ -314,11 +314,11 @@ def _identify(log: AxisLog, real: RealLog) -> tuple[Outcome, Any]:
 
 
 def _plain(estimate: FrictionEstimate, real: RealLog) -> dict[str, tuple[float, float]]:
-    """Return what a fit of viscous and Coulomb friction and offset makes of the law of an estimate.
+    """Return viscous and Coulomb friction and offset of the nearest plain law.
 
-    The law is projected on these three terms over the speeds of the whole log. A bent law, or one
-    of its own for each direction, can so be compared with the values of a plain one. Empty if a
-    parameter of the law is not identified.
+    The law of an estimate is projected on these three terms over the speeds of the whole log. A
+    nonlinear law, or one for each direction, can then be compared with the values of a plain one.
+    Empty if a parameter of the law is not identified.
     """
     names = [name for name in estimate.parameters if is_velocity_term(name)]
     if not all(estimate.parameters[name].identified for name in names):
@@ -364,7 +364,7 @@ def _agreements(first: Outcome, second: Outcome) -> dict[str, Agreement]:
 
 
 def repeats_agree(judgements: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
-    """Return for each group and parameter how the repeats agree, over those with usable values.
+    """Return the agreement of repeats by group and parameter, for those with usable values.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Write the results: a Markdown table for readers, JSON for programs; whole or not at all."""
+"""Write the results as a Markdown table and as JSON, whole or not at all."""
 
 import json
 import math
@@ -25,7 +25,7 @@ _SHORT = {
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file under another name and rename it, so that no half of it is ever seen."""
+    """Write a file under another name and rename it, so that a reader never gets a partial one."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     temporary.write_text(text)
     temporary.replace(path)
@@ -56,7 +56,7 @@ def results(
 
 
 def _without_nan(value: Any) -> Any:
-    """Return the record with null for numbers that JSON has not."""
+    """Return the record with null for numbers that JSON cannot represent."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
@@ -67,7 +67,7 @@ def _without_nan(value: Any) -> Any:
 
 
 def summary(judgements: Sequence[Judgement]) -> list[str]:
-    """Return the counts that the acceptance of the estimator rests on, one line each."""
+    """Return the counts for the acceptance of the estimator, one line each."""
     sound = [j for j in judgements if j.log.usable]
     rest = [j for j in judgements if not j.log.usable]
     given = [j for j in judgements if j.usable]

@@ -71,12 +71,12 @@ def test_tables_of_a_log_are_as_many_as_it_takes(width: int, compared: Compare) 
         assert len(rows) == sum("estimator" in line.split() for line in lines[3:])
         status = each.estimate.status.value.replace("_", " ")
         assert rows[0].removeprefix(f" {each.name} ").lstrip().startswith(status)
-        # All its values are told, however many tables hold them
-        told = sum(row.count(" ± ") for row in rows)
-        assert told == sum(value.std is not None for value in each.estimate.parameters.values())
+        # All its values are printed, in any number of tables
+        values = sum(row.count(" ± ") for row in rows)
+        assert values == sum(value.std is not None for value in each.estimate.parameters.values())
 
 
-def test_an_estimate_that_is_not_to_be_trusted_says_why(compared: Compare) -> None:
+def test_an_estimate_that_is_not_to_be_trusted_has_a_reason(compared: Compare) -> None:
     text = " ".join(" ".join(printed(compared(*SEVERAL), 120)).split())
     reason = "stribeck-energy: Static friction, Stribeck velocity: no step"
     assert f"- {reason}" in text.split("Not to be trusted:")[1]

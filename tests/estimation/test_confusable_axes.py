@@ -245,7 +245,7 @@ def disturbed_effort(log: AxisLog) -> Float[np.ndarray, " n"]:
     return log.effort + 0.4 * float(np.std(log.effort)) * slow
 
 
-def test_comparison_doubts_an_estimate_that_leaves_a_quarter_of_the_effort() -> None:
+def test_a_quarter_of_unexplained_effort_is_a_mismatch_in_a_comparison() -> None:
     log = log_of(Plant())
     disturbed = axis_log(log.time, disturbed_effort(log), log.measured_position)
     (doubted,) = compare_log(disturbed, only=("idim-ls",)).applied

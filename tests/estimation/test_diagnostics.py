@@ -1,4 +1,4 @@
-"""What a log cannot tell is said, with the reason, and never given a number."""
+"""Parameters that a log does not determine have a verdict with the reason, and no value."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -63,7 +63,7 @@ def test_a_good_log_is_trusted(estimator: Estimator) -> None:
 
 
 @BOTH
-def test_one_speed_tells_neither_friction_nor_inertia(estimator: Estimator) -> None:
+def test_one_speed_determines_neither_friction_nor_inertia(estimator: Estimator) -> None:
     estimate = estimator.fit(log_of(lambda t: np.full_like(t, 0.1)))
     assert not estimate.status.trusted
     found = reasons(estimate)
@@ -73,7 +73,7 @@ def test_one_speed_tells_neither_friction_nor_inertia(estimator: Estimator) -> N
 
 
 @BOTH
-def test_one_way_leaves_coulomb_friction_and_offset_together(estimator: Estimator) -> None:
+def test_one_direction_does_not_separate_coulomb_friction_and_offset(estimator: Estimator) -> None:
     estimate = estimator.fit(log_of(lambda t: 0.1 + 0.05 * np.sin(3 * t)))
     assert estimate.status is Status.NOT_IDENTIFIABLE
     found = reasons(estimate)
@@ -83,7 +83,7 @@ def test_one_way_leaves_coulomb_friction_and_offset_together(estimator: Estimato
 
 
 @BOTH
-def test_one_way_is_enough_without_an_offset(estimator: Estimator) -> None:
+def test_one_direction_is_enough_without_an_offset(estimator: Estimator) -> None:
     chosen = type(estimator)(offset=False)
     estimate = chosen.fit(log_of(lambda t: 0.1 + 0.05 * np.sin(3 * t)))
     assert estimate.status is Status.OK
@@ -101,7 +101,7 @@ def test_a_direction_that_is_not_travelled_has_no_friction(estimator: Estimator)
 
 @BOTH
 @pytest.mark.parametrize("position", ["noise", "one encoder step"])
-def test_an_axis_at_rest_tells_nothing(estimator: Estimator, position: str) -> None:
+def test_an_axis_at_rest_determines_nothing(estimator: Estimator, position: str) -> None:
     generator = np.random.default_rng(1)
     time = np.arange(5000) * 0.001
     positions = {
@@ -139,7 +139,7 @@ def test_an_effort_that_has_nothing_to_do_with_the_motion_is_not_trusted(
     }
 
 
-def test_too_little_motion_for_the_inertia_is_said() -> None:
+def test_too_little_motion_for_the_inertia_is_a_verdict() -> None:
     log = log_of(good_motion).part(0, 300)
     estimate = EnergyEstimator().fit(log)
     assert not estimate.status.trusted

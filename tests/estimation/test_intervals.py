@@ -49,7 +49,7 @@ def test_the_variance_is_that_of_its_definition() -> None:
         assert found.degrees_of_freedom[k] == pytest.approx(degrees, rel=ROUNDING)
 
 
-def test_rows_that_tell_nothing_take_no_time() -> None:
+def test_rows_without_information_take_no_time() -> None:
     time, rows = information_time(np.array([1.0, 0.0, 0.0, 1.0, 2.0, 0.0]))
     np.testing.assert_allclose(time, [0.125, 0.25, 0.25, 0.375, 0.75, 1.0], rtol=ROUNDING)
     assert rows == pytest.approx(16 / 6)
@@ -59,11 +59,11 @@ def test_rows_that_tell_nothing_take_no_time() -> None:
 @pytest.mark.parametrize("coefficient", [0.0, 0.9, 0.98])
 @pytest.mark.parametrize("fast_noise", [0.0, 10.0])
 @pytest.mark.parametrize("moving", [1.0, 0.3])
-def test_intervals_hold_the_truth_as_often_as_they_say(
+def test_intervals_have_their_coverage(
     coefficient: float, fast_noise: float, moving: float
 ) -> None:
     """Also under noise that differentiation has amplified, and if the log rests in the end."""
-    runs, n = 600, round(4000 / moving)  # the same number of rows that tell something
+    runs, n = 600, round(4000 / moving)  # the same number of rows with information
     generator = np.random.default_rng(4)
     time = np.arange(n)
     regressors = np.column_stack([np.sin(0.02 * time), np.cos(0.03 * time), np.ones(n)])

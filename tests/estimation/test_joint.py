@@ -408,7 +408,7 @@ def test_a_list_of_one_log_is_that_log() -> None:
     assert identify([log]).estimate.to_dict() == identify(log).estimate.to_dict()
 
 
-def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+def test_files_of_one_name_are_named_by_their_folders(tmp_path: Path) -> None:
     paths = []
     for k, folder in enumerate(("monday", "tuesday")):
         path = tmp_path / folder / "stage.csv"

@@ -63,7 +63,7 @@ def test_the_time_of_lost_records_is_found(records: int) -> None:
         assert abs(estimate.value(name) - value) < 4.0 * parameter.std + 1e-3 * value
 
 
-def test_a_few_lost_records_do_not_show() -> None:
+def test_a_few_lost_records_are_not_detected() -> None:
     assert not lost(log_of(without(3, 1)))
     assert lost(log_of(without(4, 1)))
 

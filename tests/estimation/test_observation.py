@@ -85,7 +85,7 @@ def test_direction_turns_at_the_furthest_point() -> None:
 
 
 @given(st.lists(st.integers(-20, 20), min_size=2, max_size=60))
-def test_without_hysteresis_the_way_is_the_total_variation(steps: list[int]) -> None:
+def test_without_hysteresis_the_distance_is_the_total_variation(steps: list[int]) -> None:
     position = np.cumsum(np.array([0, *steps], dtype=float))
     way = travel_direction(position, 0.0) * np.diff(position)
     assert np.sum(way) == pytest.approx(np.sum(np.abs(np.diff(position))))
@@ -95,7 +95,7 @@ def test_without_hysteresis_the_way_is_the_total_variation(steps: list[int]) -> 
     st.lists(st.floats(-5, 5), min_size=2, max_size=60),
     st.floats(0.01, 3.0),
 )
-def test_hysteresis_never_counts_more_way_than_there_is(
+def test_hysteresis_never_counts_more_distance_than_there_is(
     steps: list[float], hysteresis: float
 ) -> None:
     position = np.cumsum(np.array([0.0, *steps]))
@@ -117,7 +117,7 @@ def test_fusing_is_the_least_squares_solution() -> None:
     np.testing.assert_allclose(fuse(x, v, sw, sv, T), dense, rtol=ROUNDING)
 
 
-def test_fused_positions_are_as_good_as_promised() -> None:
+def test_fused_positions_are_as_exact_as_stated() -> None:
     generator = np.random.default_rng(5)
     time = np.arange(20_000) * 0.01
     truth, speed = np.sin(time), np.cos(time)
@@ -149,15 +149,15 @@ def test_noise_is_noise_however_far_the_axis_goes(duration: float) -> None:
     assert found.velocity == pytest.approx(1e-3, rel=0.06)
 
 
-@pytest.mark.parametrize("late", [0.0, 0.5, 2.0])
-def test_a_late_velocity_is_found(late: float) -> None:
+@pytest.mark.parametrize("delay", [0.0, 0.5, 2.0])
+def test_the_delay_of_a_velocity_is_found(delay: float) -> None:
     generator = np.random.default_rng(7)
     T, time = 0.001, np.arange(8000) * 0.001
     x = np.sin(3 * time) + 1e-6 * generator.normal(size=time.size)
-    v = 3 * np.cos(3 * (time - late * T)) + 1e-3 * generator.normal(size=time.size)
+    v = 3 * np.cos(3 * (time - delay * T)) + 1e-3 * generator.normal(size=time.size)
     match = velocity_match(x, v, LowPass(order=4, cutoff=100.0), T)
     assert match is not None
-    assert match.delay == pytest.approx(late * T, abs=4 * match.delay_std)
+    assert match.delay == pytest.approx(delay * T, abs=4 * match.delay_std)
     assert match.delay_std < 0.1 * T
 
 

@@ -13,12 +13,12 @@ TRUE = {"mass": 2.0, "viscous_friction": 1.5, "effort_delay": -DELAY}
 def test_a_delay_is_selected_beside_coulomb_friction_and_offset() -> None:
     """Offset and Coulomb friction are one column then; a delay of the effort is another.
 
-    Speed and acceleration are those of sines, and the effort is logged late by 2.4 samples.
+    Speed and acceleration are those of sines, and the log of the effort has a delay of 2.4 samples.
     """
     time, generator = T * np.arange(8000), np.random.default_rng(1)
-    late = time - DELAY
-    speed = 1.0 + 0.4 * np.sin(2.0 * late) + 0.3 * np.sin(7.0 * late)
-    acceleration = 0.8 * np.cos(2.0 * late) + 2.1 * np.cos(7.0 * late)
+    moved = time - DELAY
+    speed = 1.0 + 0.4 * np.sin(2.0 * moved) + 0.3 * np.sin(7.0 * moved)
+    acceleration = 0.8 * np.cos(2.0 * moved) + 2.1 * np.cos(7.0 * moved)
     position = time - 0.2 * np.cos(2.0 * time) - 0.3 / 7.0 * np.cos(7.0 * time)
     log = axis_log(
         time,

@@ -93,11 +93,11 @@ def test_the_prediction_has_gravity_and_the_two_thirds_law() -> None:
     )
 
 
-def test_the_prediction_is_late_as_the_logged_effort_is() -> None:
-    late = 0.0064
-    log = log_of(lambda t: plain(t + late))
+def test_the_prediction_has_the_delay_of_the_logged_effort() -> None:
+    delay = 0.0064
+    log = log_of(lambda t: plain(t + delay))
     estimate = SelectedModelEstimator().fit(log)
-    assert estimate.value("effort_delay") == pytest.approx(late, rel=0.01)
+    assert estimate.value("effort_delay") == pytest.approx(delay, rel=0.01)
     predicted = predict_effort(estimate, log)
     known = np.isfinite(predicted)
     assert np.mean(known) > 0.9

@@ -102,7 +102,7 @@ def test_steps_of_an_encoder_velocity_at_low_speed_are_no_glitches() -> None:
     np.testing.assert_array_equal(found.measured_velocity, log.measured_velocity)
 
 
-def test_an_encoder_that_is_set_anew_is_continued() -> None:
+def test_an_encoder_that_is_homed_again_is_continued() -> None:
     found = repaired(log_of(TRUE + 0.4 * (TIME > 1.2)))
     np.testing.assert_allclose(found.measured_position, TRUE, atol=2e-3)
     assert "position jumps in 1 place" in found.notes[0]
@@ -198,9 +198,9 @@ def test_many_steps_of_different_sizes_are_motion() -> None:
 
 @pytest.mark.parametrize("gap", [1e-6, 1e-9])
 def test_a_time_stamp_next_to_another_is_left_out(gap: float) -> None:
-    late = TIME.copy()
-    late[700] = late[701] - gap
-    found = repaired(replace(log_of(TRUE), time=late))
+    stamps = TIME.copy()
+    stamps[700] = stamps[701] - gap
+    found = repaired(replace(log_of(TRUE), time=stamps))
     assert "1 time stamp less than" in found.notes[0]
     inside = np.abs(found.time - TIME[700]) > 2.5 * T
     np.testing.assert_allclose(

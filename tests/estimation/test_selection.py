@@ -374,7 +374,7 @@ ASSUMED = replace(STATED, assumed_units=(("position", "m"),))
 
 @pytest.mark.parametrize("source", [None, STATED, ASSUMED])
 @pytest.mark.parametrize("factor", [0.8, 1.25])
-def test_units_are_doubted_beyond_a_speed(source: LogSource | None, factor: float) -> None:
+def test_units_are_a_mismatch_beyond_a_speed(source: LogSource | None, factor: float) -> None:
     log = log_of()
     top = float(np.max(np.abs(np.diff(log.measured_position)))) / log.sampling_time
     bounds = PlausibilityTuning()
@@ -440,7 +440,7 @@ def test_wrapped_angle_with_glitches_is_continued() -> None:
     assert np.sum(~good) >= 2  # one of the three may be at its place
 
 
-def test_position_set_anew_is_continued() -> None:
+def test_position_homed_again_is_continued() -> None:
     log = log_of()
     moved = log.measured_position + 0.5 * (TIME > 6.0) - 0.3 * (TIME > 13.0)
     estimate = SelectedModelEstimator().fit(replace(log, measured_position=moved))
@@ -496,7 +496,7 @@ def test_coasting_log_identifies_nothing() -> None:
 
 
 @pytest.mark.parametrize("include", [("direction",), ("presliding", "ripple", "friction drift")])
-def test_terms_of_a_one_way_log_do_not_break_the_fit(include: tuple[str, ...]) -> None:
+def test_terms_of_a_log_in_one_direction_do_not_break_the_fit(include: tuple[str, ...]) -> None:
     position = 0.05 * TIME + 0.002 * np.sin(3.0 * TIME)
     log = replace(log_of(), measured_position=position)
     SelectedModelEstimator(include=include).fit(log)

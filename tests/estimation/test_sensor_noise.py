@@ -94,7 +94,7 @@ def test_an_encoder_is_seen_by_its_single_counts() -> None:
 
 
 @pytest.mark.parametrize("dwell", [0, 5])
-def test_a_coarse_look_at_a_fast_motion_is_no_encoder(dwell: int) -> None:
+def test_slow_sampling_of_a_fast_motion_is_no_encoder(dwell: int) -> None:
     """A triangle of 0.2 m that returns to the same 21 positions, which are 10 mm apart."""
     up = np.arange(0, 21)
     cycle = np.concatenate([up, np.full(dwell, 20), up[-2:0:-1], np.zeros(dwell, dtype=int)])

@@ -85,7 +85,9 @@ def test_a_good_velocity_is_used(log: AxisLog) -> None:
 
 
 @pytest.mark.parametrize(("samples", "side"), [(1, "late"), (-1, "early")])
-def test_a_shifted_velocity_is_called_by_its_side(log: AxisLog, samples: int, side: str) -> None:
+def test_the_note_on_a_shifted_velocity_states_its_side(
+    log: AxisLog, samples: int, side: str
+) -> None:
     shifted = np.roll(velocity_of(log), samples)
     estimate = EnergyEstimator().fit(replace(log, measured_velocity=shifted))
     (note,) = [note for note in estimate.diagnostics.notes if "instead" in note]
@@ -116,12 +118,12 @@ def test_without_the_velocity_of_the_load_the_filter_does_no_harm(arm_log: AxisL
     assert estimate.value("offset") == pytest.approx(0.0, abs=1e-4)
 
 
-@pytest.mark.parametrize(("factor", "late"), [(1.05, 0), (1.0, 2), (1.0, -2)])
+@pytest.mark.parametrize(("factor", "delay"), [(1.05, 0), (1.0, 2), (1.0, -2)])
 def test_a_wrong_velocity_of_the_load_is_not_used(
-    arm_log: AxisLog, factor: float, late: int
+    arm_log: AxisLog, factor: float, delay: int
 ) -> None:
     assert arm_log.measured_load_velocity is not None
-    wrong = factor * np.roll(arm_log.measured_load_velocity, late)
+    wrong = factor * np.roll(arm_log.measured_load_velocity, delay)
     estimate = ARM.fit(replace(arm_log, measured_load_velocity=wrong))
     for name, value in ARM_TRUTH.items():
         assert estimate.value(name) == pytest.approx(value, rel=DERIVED)

@@ -1,4 +1,4 @@
-"""The joints of a ROS bag: found, told apart from commands, and read as from a table."""
+"""The joints of a ROS bag: found, distinguished from commands, and read as from a table."""
 
 import numpy as np
 import pytest

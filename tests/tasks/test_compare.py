@@ -41,7 +41,7 @@ velocity_noise = 1e-3
 """
 
 
-def test_an_arm_is_for_those_that_know_its_load() -> None:
+def test_an_arm_needs_estimators_with_a_load() -> None:
     law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.05)
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
     time = 0.01 * np.arange(4000)
@@ -88,7 +88,7 @@ def test_runs_are_the_same_every_time_and_differ_from_each_other(tmp_path: Path)
     assert score.rmse > abs(score.bias)
 
 
-def test_no_bound_is_told_where_a_force_disturbs(tmp_path: Path) -> None:
+def test_there_is_no_bound_under_a_disturbance_force(tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     path.write_text(ASYMMETRIC.replace("[sensors]", "disturbance = 0.1\n[sensors]"))
     calls: list[tuple[int, int]] = []
@@ -105,23 +105,23 @@ def test_no_bound_is_told_where_a_force_disturbs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
-    plain, late = tmp_path / "plain.toml", tmp_path / "late.toml"
+def test_the_delay_of_an_effort_is_found(tmp_path: Path) -> None:
+    plain, delayed = tmp_path / "plain.toml", tmp_path / "delayed.toml"
     effort = 4.0 * np.sin(0.02 * np.arange(1000)) + 3.0 * np.sin(0.05 * np.arange(1000))
     write_effort(effort, 0.004, tmp_path / "sent.csv", kind="linear")
     write_effort(np.append([0.0, 0.0], effort[:-2]), 0.004, tmp_path / "acts.csv", kind="linear")
     head, rest = ASYMMETRIC.split("amplitudes")
     tail = rest[rest.index("[sensors]") :]
     plain.write_text(f'{head}file = "acts.csv"\n{tail}')
-    late.write_text(f'{head}file = "sent.csv"\neffort_delay = 2\n{tail}')
-    sent, acts = (read_study(path) for path in (late, plain))
+    delayed.write_text(f'{head}file = "sent.csv"\neffort_delay = 2\n{tail}')
+    sent, acts = (read_study(path) for path in (delayed, plain))
     logs = [measured_log(read, np.random.default_rng(1)) for read in (sent, acts)]
     assert np.array_equal(logs[0].measured_position, logs[1].measured_position)
     assert np.allclose(logs[0].effort[:-1], effort, rtol=NINE_DIGITS)
     assert sent.scenario.tables()["input"]["effort_delay"] == (2, "samples")
 
     task, both = EstimationTask(largest_delay=3), ("energy", "maximum-likelihood")
-    study = compare_scenario(late, runs=2, task=task, only=both)
+    study = compare_scenario(delayed, runs=2, task=task, only=both)
     energy, likelihood = study.applied
     assert energy.delay_found is None
     assert likelihood.delay_found == 1.0
@@ -131,7 +131,7 @@ def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
     # The bound is that of the effort that acts, whose delay is a whole number and found for sure
     assert dict(study.bound) == dict(compare_scenario(plain, runs=2, task=task, only=both).bound)
     task = EstimationTask(largest_delay=1)
-    missed = compare_scenario(late, runs=2, task=task, only=both).applied[1]
+    missed = compare_scenario(delayed, runs=2, task=task, only=both).applied[1]
     assert missed.delay_found == 0.0
 
 
@@ -164,7 +164,7 @@ def test_sines_begin_anywhere_and_each_run_has_its_own_bound(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.9])
-def test_a_disturbance_is_as_large_and_as_slow_as_asked(correlation: float) -> None:
+def test_a_disturbance_is_as_large_and_as_slow_as_requested(correlation: float) -> None:
     force = disturbance(200_000, 0.3, correlation, np.random.default_rng(3))
     # Samples that a correlated mean square is worth, and the standard error of each of the two
     worth = force.size * (1 - correlation**2) / (1 + correlation**2)

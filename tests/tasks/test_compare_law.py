@@ -1,4 +1,4 @@
-"""Estimators side by side on an axis whose friction law most of them do not know."""
+"""Estimators side by side on an axis whose friction law most of them do not have."""
 
 from pathlib import Path
 

@@ -61,9 +61,9 @@ def test_a_term_may_be_given_as_one_word(log: AxisLog) -> None:
 
 def test_truth_is_shown_and_not_used(log: AxisLog) -> None:
     wrong = {"coulomb_friction": 99.0}
-    told = identify(log, truth=wrong)
-    assert told.truth == wrong
-    assert told.estimate.to_dict() == identify(log).estimate.to_dict()
+    found = identify(log, truth=wrong)
+    assert found.truth == wrong
+    assert found.estimate.to_dict() == identify(log).estimate.to_dict()
 
 
 @pytest.mark.parametrize("known", ["load_inertia", "stiffness"])
@@ -72,7 +72,7 @@ def test_a_rigid_method_refuses_what_belongs_to_an_arm(known: str, log: AxisLog)
         identify(log, estimator="idim-ls", **{known: 1.0})  # pyright: ignore[reportArgumentType]
 
 
-def test_json_has_no_numbers_that_json_does_not_know(tmp_path: Path) -> None:
+def test_json_has_no_infinite_or_undefined_numbers(tmp_path: Path) -> None:
     document = {"a": [float("nan"), 1.5], "b": {"c": (float("-inf"), 2)}, "d": "Ω"}
     path = write_json(document, tmp_path / "a.json")
     assert json.loads(path.read_text()) == {"a": [None, 1.5], "b": {"c": [None, 2]}, "d": "Ω"}

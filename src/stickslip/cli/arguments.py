@@ -122,7 +122,7 @@ class LogReading:
     def inputs(self, log: Path) -> list[Path]:
         """Return the files that are read, which must not be overwritten.
 
-        A log that is absent is refused here, before the readers are loaded.
+        An absent log is an error here, before the readers load.
         """
         from stickslip.input_files import check_exists
 
@@ -253,14 +253,14 @@ class EstimatedFriction:
 
 
 def folder(_type: object, tokens: Sequence[Token]) -> Path:
-    """Return a folder; an empty path would be the current one, which nobody named."""
+    """Return a folder; an empty path, which would be the current folder, is an error."""
     if not tokens[0].value:
         raise ValueError("it is empty; name a folder, or give . for the current one")
     return Path(tokens[0].value)
 
 
 def whole_number(_type: object, tokens: Sequence[Token]) -> int:
-    """Return a whole number; the command line's own conversion would cut 2.5 down to 2."""
+    """Return a whole number; the conversion of the command line would truncate 2.5 to 2."""
     try:
         return int(tokens[0].value)
     except ValueError:

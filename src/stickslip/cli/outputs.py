@@ -59,7 +59,7 @@ class JsonFile:
                 check_output(path, inputs=list(inputs), what=option)
 
     def write(self, document: Callable[[], Mapping[str, Any]]) -> None:
-        """Write the JSON file if it was asked for."""
+        """Write the JSON file if it was requested."""
         from stickslip.tasks import write_json
 
         if (path := self.named()["json"]) is not None:
@@ -107,7 +107,7 @@ class ResultFiles(JsonFile):
     def write_all(
         self, document: Callable[[], Mapping[str, Any]], page: Callable[[Path], object]
     ) -> None:
-        """Write the files that were asked for; ``page`` writes the report."""
+        """Write the requested files; ``page`` writes the report."""
         if self.report is not None:
             page(self.report)
         self.write(document)

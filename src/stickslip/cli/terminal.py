@@ -1,4 +1,4 @@
-"""Printing: results to standard output, everything about them to standard error."""
+"""Printing: results to standard output, messages about them to standard error."""
 
 import contextlib
 import os
@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from rich.console import Console
 
-_WIDTH_OF_A_PIPE = 120
-_QUIET_TIME = 2.0  # seconds before progress is shown
+_WIDTH_OF_A_PIPE = 120  # characters a line
+_QUIET_TIME = 2.0  # s, after which progress is shown
 
 
 def console_on(stream: Literal["output", "error"]) -> "Console":
-    """Return a console that prints user text as it is: no markup, no colours of its own making."""
+    """Return a console that prints user text unchanged, without markup and highlighting."""
     from rich.console import Console
 
     file = sys.stderr if stream == "error" else sys.stdout
@@ -34,14 +34,14 @@ def one_line(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Say one line on standard error, if anybody can still read there."""
+    """Print one line to standard error; a closed stream is ignored."""
     with contextlib.suppress(OSError):
         sys.stderr.write(f"stickslip: {text}\n")
 
 
 @contextlib.contextmanager
 def reader_may_leave() -> Generator[None]:
-    """Print inside; when the reader of a pipe has left, as ``head`` does, stop without a word."""
+    """Print inside; stop silently if the reader of a pipe has closed it, as ``head`` does."""
     try:
         yield
         sys.stdout.flush()
@@ -62,7 +62,7 @@ def reader_may_leave() -> Generator[None]:
 
 
 def _send_the_rest_nowhere() -> None:
-    """Keep what is still buffered for standard output from failing once more at exit."""
+    """Discard the buffer of standard output, which would fail again at exit."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
@@ -80,9 +80,10 @@ def working(doing: str) -> Generator[None]:
 
 @contextlib.contextmanager
 def axis_progress(axes: Sequence[str]) -> Generator[Callable[[str, int, int], None] | None]:
-    """Show a bar with the axes that are under way on a terminal; print nothing elsewhere.
+    """Show a bar with the axes that are being identified on a terminal; print nothing elsewhere.
 
-    Yields a function of the axis that is done, the number done, and of all; None elsewhere.
+    Yields a function of the axis that is done, the number done and the number of all; None
+    elsewhere.
     """
     with progress_bar("identifying") as advance:
         if advance is None:
@@ -100,10 +101,10 @@ def axis_progress(axes: Sequence[str]) -> Generator[Callable[[str, int, int], No
 
 @contextlib.contextmanager
 def progress_bar(doing: str) -> Generator[Callable[..., None] | None]:
-    """Draw a bar on a terminal once the work takes a while; print nothing elsewhere.
+    """Draw a bar on a terminal if the work takes more than two seconds; print nothing elsewhere.
 
-    Yields a function of the amounts done and in all, and of what is done next; None where there is
-    no bar.
+    Yields a function of the number done, the number of all, and the description of the next step;
+    None without a bar.
     """
     if not sys.stderr.isatty():
         yield None

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 State = Float[np.ndarray, " s"]
 
 LARGEST_DELAY = 100
-"""Largest delay of the effort that can be searched [samples]: each delay is a fit."""
+"""Largest delay of the effort that can be searched [samples]: each delay takes a fit."""
 
 
 @runtime_checkable
@@ -43,7 +43,7 @@ class Estimator(Protocol):
         Raises
         ------
         InputError
-            If the log is too short, nothing moves or pushes in it, or it lacks a signal that the
+            If the log is too short, has no motion or no effort, or lacks a signal that the
             estimator needs.
         """
         ...

@@ -1,4 +1,4 @@
-"""Everything a report of an identification draws."""
+"""Data of the report of an identification."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -50,14 +50,14 @@ from stickslip.records import (
 Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
 """As `EnergyEstimator.levels` returns them."""
 
-_EDGE_PERIODS = 2.0  # of the cutoff: the filter knows nothing beyond the ends
-_EVOLUTION_POINTS = 200
-_LEAST_CUTOFF = 0.02  # lowest cutoff of the data cloud, as a fraction of the sampling rate
+_EDGE_PERIODS = 2.0  # of the cutoff, at both ends of a stretch: the filter extrapolates there
+_EVOLUTION_POINTS = 200  # of the evolution of an estimate [-]
+_LEAST_CUTOFF = 0.02  # lowest cutoff of the data cloud over the sampling rate [-]
 _CLOUD_NOISE = 0.25
-"""Noise of the inertia force allowed in the data cloud, as a fraction of the friction."""
+"""Largest noise of the inertia force in the data cloud, over friction [-]."""
 
 
-# Matrices of some ten columns: threads of the linear algebra take longer than one thread, four
+# Matrices have some ten columns: several threads of the linear algebra take longer than one, four
 # times as long on a busy machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def examine(
@@ -65,7 +65,7 @@ def examine(
     estimator: Estimator,
     truth: Mapping[str, float] | None = None,
 ) -> Identification:
-    """Fit a log and compute all that its report shows.
+    """Fit a log and compute the data of its report.
 
     Parameters
     ----------
@@ -79,10 +79,10 @@ def examine(
     Returns
     -------
     The estimate with friction curve, energy balance, evolution, residuals and re-simulation. They
-    are left out where a parameter is not identified or the inertia is not positive, or, but for
-    the evolution, where the axis has a load that is not simulated; where it is a
-    Stribeck effect that is not, they are drawn without one. The load of a flexible arm that is not
-    measured is shown as reconstructed from the driven mass.
+    are absent if a parameter is not identified or the inertia is not positive. If the axis has a
+    load that is not simulated, only the evolution is present. A Stribeck effect that is not
+    identified is left out of them. The load of a flexible arm that is not measured is reconstructed
+    from the driven mass.
 
     Raises
     ------
@@ -129,9 +129,9 @@ def examine(
 def _with_selection(
     log: AxisLog, fit: Fit, model: Model, truth: Mapping[str, float] | None
 ) -> Identification:
-    """Return what the report of a selected model shows.
+    """Return the data of the report of a selected model.
 
-    The motion is simulated anew only if the simulator has all of the model's terms.
+    The motion is re-simulated only if the simulator has all terms of the model.
     """
     estimate = fit.estimate
     if not all(parameter.identified for parameter in estimate.parameters.values()):
@@ -179,7 +179,7 @@ def _force_rows(
             velocity = central_difference(low_pass.apply(part.measured_position, T), T)
         else:
             velocity = low_pass.apply(measured, T)
-        # The effort of a sample acts from then on: the mean of two is what acts around it
+        # The effort of a sample acts after it: the mean of two is the effort around it
         held = 0.5 * (part.effort + np.concatenate([part.effort[:1], part.effort[:-1]]))
         force = low_pass.apply(held - levels.spring_force, T)
         friction = force - (balance.inertia or 0.0) * central_difference(velocity, T)
@@ -248,8 +248,8 @@ def _energies(
 def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEvolution:
     """Return the estimates from the rows up to each time, once these determine the parameters.
 
-    Their standard deviations are those of white residuals times the factor that the correlation of
-    the residuals gives in the whole log.
+    Their standard deviations are those of white residuals times the factor by the correlation of
+    the residuals of the whole log.
     """
     target, regressors = regression.target, regression.regressors
     n, p = regressors.shape

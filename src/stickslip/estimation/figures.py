@@ -1,4 +1,4 @@
-"""What the reports of all estimators draw: friction over velocity, energies, residual effort."""
+"""Data of the reports of all estimators: friction over velocity, energies, residual effort."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.records import EnergyBalance, FrictionCurve, FrictionEstimate, Residuals
 
 LARGEST_PLOT = 4000
-"""Points beyond which a curve only gets heavier, not clearer."""
+"""Most points of a curve [-]: more make the page larger, and are not visible."""
 
-_CURVE_POINTS = 100
-_LARGEST_LAG = 100
-_NORMAL_95 = 1.959963984540054
+_CURVE_POINTS = 100  # of the fitted law in each direction [-]
+_LARGEST_LAG = 100  # of the autocorrelation [rows]
+_NORMAL_95 = 1.959963984540054  # half of a 95 % interval over the standard deviation [-]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,9 +23,9 @@ class ForceRows:
 
     time: Float[np.ndarray, " n"]  #: Shape (n,) [s].
     velocity: Float[np.ndarray, " n"]  #: Shape (n,) [m/s or rad/s].
-    #: Effort less all other force but friction, shape (n,) [N or N m].
+    #: Effort less all forces but friction, shape (n,) [N or N m].
     friction: Float[np.ndarray, " n"]
-    #: Effort less all that the estimate explains, shape (n,) [N or N m].
+    #: Effort that the estimate does not explain, shape (n,) [N or N m].
     residual: Float[np.ndarray, " n"]
     effort: Float[np.ndarray, " n"]  #: Shape (n,) [N or N m].
 
@@ -59,7 +59,7 @@ def friction_curve(rows: ForceRows, law: VelocityLaw, estimate: FrictionEstimate
     identified = [name for name, p in estimate.parameters.items() if p.identified]
     keep = [identified.index(name) for name in law.names]
     covariance = estimate.covariance[np.ix_(keep, keep)]
-    # An interval that contains another law's value is narrower than its standard deviation says
+    # The quantile of an interval that contains another law's value may be below the normal one
     quantile = max(_NORMAL_95, *(estimate.parameters[name].quantile for name in law.names))
     parts: list[Float[np.ndarray, "p 4"]] = []
     ends = [float(np.min(rows.velocity)), float(np.max(rows.velocity))]
@@ -86,7 +86,7 @@ def friction_curve(rows: ForceRows, law: VelocityLaw, estimate: FrictionEstimate
 
 
 def energy_balance(stretches: Sequence[EnergyStretch]) -> EnergyBalance:
-    """Return the energies over time; each stretch goes on where the one before ended."""
+    """Return the energies over time; each stretch continues from the end of the one before."""
     columns: list[Float[np.ndarray, "5 n"]] = []
     reached = 0.0
     for part in stretches:
@@ -108,9 +108,9 @@ def energy_balance(stretches: Sequence[EnergyStretch]) -> EnergyBalance:
 
 
 def effort_residuals(rows: ForceRows) -> Residuals:
-    """Return the effort that is not explained, and how it is correlated in time.
+    """Return the unexplained effort and its autocorrelation.
 
-    The rows, at least eight, are evenly spaced but for rests and gaps.
+    The rows, at least eight, are evenly spaced except at rests and gaps.
     """
     residual = rows.residual
     lags = min(_LARGEST_LAG, residual.size // 4)

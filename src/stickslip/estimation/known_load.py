@@ -18,8 +18,8 @@ from stickslip.records import (
 _GRAVITY = 9.80665  # m/s^2, standard
 _SINE, _COSINE = "gravity_sine", "gravity_cosine"
 LARGEST_UNCERTAINTY = 0.1
-"""Half of the 95 % interval of the torque constant over its value [-], beyond which friction is as
-well left in ampere."""
+"""Largest half of the 95 % interval of the torque constant over its value [-]: with a larger one,
+friction in N m is no more useful than in ampere."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +45,8 @@ class KnownLoad:
     def converted(self, log: AxisLog, estimate: FrictionEstimate) -> AxisLog:
         """Return a log in ampere with its effort in N m.
 
-        The estimate is of that log, with the term ``"gravity"``. Refused is a log that does not
-        determine the amplitude of gravity to 10 %.
+        The estimate is of that log, with the term ``"gravity"``. A log that does not determine the
+        amplitude of gravity to 10 % is an InputError.
         """
         parameters = [estimate.parameters.get(name) for name in (_SINE, _COSINE)]
         if not all(parameter and parameter.identified for parameter in parameters):
@@ -73,10 +73,10 @@ class KnownLoad:
         return replace(log, effort=constant * log.effort, effort_unit="", source=source)
 
     def widened(self, estimate: FrictionEstimate) -> FrictionEstimate:
-        """Return an estimate in N m with the uncertainty of the torque constant in it.
+        """Return an estimate in N m whose intervals include the uncertainty of the torque constant.
 
-        A parameter is p m g r / G with p and the amplitude G in ampere: its error is that of p less
-        that of G, relative to their values. The estimate is of the log that `converted` returns.
+        A parameter is p m g r / G with p and the amplitude G in ampere: its relative error is that
+        of p less that of G. The estimate is of the log that `converted` returns.
         """
         amplitude, gradient = _amplitude(estimate)
         known = [name for name, each in estimate.parameters.items() if each.identified]

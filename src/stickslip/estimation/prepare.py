@@ -1,8 +1,8 @@
-"""Prepare a log for estimation, once, whatever is estimated from it.
+"""Preparation of a log for estimation.
 
 Wrapped angles are continued, the time of lost records is restored, glitches and steps of the
-position are repaired, clipped efforts marked, and time stamps evened out. Everything that is done
-is counted and stated.
+position are repaired, clipped efforts are marked, and uneven time stamps resampled. Each change is
+counted and stated in a note.
 """
 
 from dataclasses import dataclass, field, fields, replace
@@ -22,33 +22,35 @@ from stickslip.records import AxisLog, EffortKind, count_of
 
 @dataclass(frozen=True, kw_only=True)
 class PreparationTuning:
-    """Tuning of what counts as a defect of a log."""
+    """Tuning of the detection of defects."""
 
-    shortest_part: int = 20  #: Samples of a stretch without gaps that can hold a window.
+    shortest_part: int = 20  #: Samples of the shortest stretch without gaps that holds a window.
     wrap_share: float = 0.8
     """Size of a step over the range of the position [-] from which it may be a wrapped angle."""
     glitch_deviations: float = 8.0
     """Deviation from the neighbours, beyond twice their own changes, in standard deviations of the
     second difference [-]: white noise is at most 25 standard deviations off then."""
-    longest_glitch: int = 3  #: Samples of a glitch, however slow the sampling.
+    longest_glitch: int = 3  #: Samples of the longest glitch, at slow sampling.
     longest_dropout: float = 0.01
-    """Duration of a glitch [s], however fast the sampling: a few cycles of a bus."""
+    """Duration of the longest glitch [s], at fast sampling: a few cycles of a bus."""
     jump_ratio: float = 5.0
-    """Step of the position over its neighbours, and over all but the largest 1 % of the steps, that
-    is no motion [-]."""
+    """Step of the position over its neighbours, and over all but the largest 1 % of the steps,
+    beyond which it is no motion [-]."""
     most_jumps: int = 20
-    """Steps of the position beyond which they are how the position is recorded, if they differ."""
+    """Number of different steps of the position beyond which they are a property of the recording
+    [-]."""
     equal_jumps: float = 0.02
-    """Largest deviation from their median by which steps are equal [-]: a counter begins again."""
+    """Largest relative deviation of equal steps from their median [-]: a counter begins again."""
     closest: float = 0.005
-    """Step of time over its median [-] below which a time stamp is wrong: no motion is seen in it,
-    and speeds over it are noise."""
+    """Step of time over its median [-] below which a time stamp is wrong: the motion in it is below
+    the noise, and speeds over it are noise."""
     most_glitches: float = 0.05
     """Share of the samples [-] beyond which they are not glitches but the signal."""
     fewest_levels: int = 20
-    """Distinct efforts: with fewer of them, extremes that repeat are how the drive works."""
+    """Distinct efforts [-]: with fewer of them, the drive switches, and its extremes repeat."""
     useful_velocity: float = 0.3
-    """Noise of fused over that of measured positions, squared, below which a velocity is used."""
+    """Squared noise of fused over that of measured positions [-], below which a velocity is
+    used."""
     velocity_scale: float = 0.003
     """Relative error of a velocity's scale beyond which it is not used [-]."""
     velocity_delay: float = 0.3  #: Delay of a velocity beyond which it is not used [samples].
@@ -78,8 +80,8 @@ class PreparedLog:
     log: AxisLog  #: Repaired, with its own time stamps.
     parts: tuple[PreparedPart, ...]  #: Its stretches without gaps, evenly sampled.
     sampling_time: float  #: [s].
-    #: What the effort of the log was taken for. That of the parts acts from `effort_lead` before
-    #: its time stamp on, for one sample.
+    #: Kind of the effort of the log. That of the parts acts for one sample, from `effort_lead`
+    #: before its time stamp on.
     effort_kind: EffortKind
     #: Standard deviation of the noise of a position, rounding included [m or rad].
     position_noise: float
@@ -89,7 +91,7 @@ class PreparedLog:
     wrap_period: float
     repaired: int  #: Number of samples repaired [-].
     clipped: int  #: Number of samples with a clipped effort [-].
-    notes: tuple[str, ...]  #: What was done, one sentence each.
+    notes: tuple[str, ...]  #: Changes of the log, one sentence each.
 
     @property
     def effort_lead(self) -> float:
@@ -111,8 +113,8 @@ class PreparedLog:
 class RepairedLog(AxisLog):
     """A log with its defects repaired and with uniform samples between its gaps."""
 
-    notes: tuple[str, ...] = ()  #: What was done, one sentence each.
-    #: Whether the effort looks clipped: it is biased unless the drive gave what was logged.
+    notes: tuple[str, ...] = ()  #: Changes of the log, one sentence each.
+    #: Whether the effort is probably clipped: it is biased unless the drive was clipped too.
     clipped: bool = False
 
 
@@ -123,8 +125,8 @@ def repaired(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> RepairedLog:
     """Return a log with wraps, glitches and jumps repaired and with uniform samples.
 
     For the estimators that take every sample. A log without defects and with even time stamps keeps
-    its samples, and so does one that is repaired already. Efforts that look clipped are kept, as
-    the drive may have given what was logged; a note names them.
+    its samples, and so does a repaired log. Efforts that are probably clipped are kept, as the
+    drive may have been clipped too; a note names them.
     """
     if isinstance(log, RepairedLog):
         return log
@@ -216,7 +218,8 @@ def _mended(log: AxisLog, tuning: PreparationTuning) -> _Mended:
 
 
 _POSITIONS = ("measured_position", "measured_load_position")
-_FEW_JUMPS = 3
+_FEW_JUMPS = 3  # steps up to which they need not be equal [-]
+_FEWEST_DIFFERENCES = 50  # of a signal [-]: with fewer, the usual size of a difference is uncertain
 
 
 def _without_close_stamps(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, list[str]]:
@@ -309,13 +312,13 @@ _PERIODS = (2.0 * np.pi, 360.0, 1.0)  # periods of an angle in rad, degrees and 
 def _without_jumps(
     log: AxisLog, tuning: PreparationTuning
 ) -> tuple[AxisLog, Bool[np.ndarray, " n"], list[str]]:
-    """Return the log with steps of the position taken out, as of an encoder that was set anew."""
+    """Return the log without steps of the position, as of an encoder that was homed again."""
     x = log.measured_position
     steps = np.diff(x)
     marks = np.zeros(x.size, dtype=bool)
     size = np.abs(steps)
     size[log.segment_starts[1:] - 1] = 0.0  # the axis may move in a gap
-    if size.size < 50:
+    if size.size < _FEWEST_DIFFERENCES:
         return log, marks, []
     around = np.maximum(
         ndimage.maximum_filter1d(np.concatenate(([0.0] * 3, size[:-3])), 5),
@@ -349,7 +352,7 @@ def _without_jumps(
 def _without_glitches(
     log: AxisLog, tuning: PreparationTuning
 ) -> tuple[AxisLog, Bool[np.ndarray, " n"], list[str]]:
-    """Return the log with glitches interpolated; a pulse that moves the axis is none."""
+    """Return the log with interpolated glitches; a pulse of effort that moves the axis stays."""
     marks = np.zeros(len(log), dtype=bool)
     notes: list[str] = []
     changed: dict[str, Float[np.ndarray, " n"]] = {}
@@ -360,7 +363,7 @@ def _without_glitches(
         if values is None:
             continue
         wild = _glitches(values, length, tuning)
-        if name in _VELOCITIES:  # of an encoder it is zero but for steps at low speed
+        if name in _VELOCITIES:  # at low speed that of an encoder is zero between single steps
             low, high = np.quantile(values, [0.005, 0.995])
             wild &= np.abs(values - 0.5 * (low + high)) > high - low
         elif name == "effort":
@@ -376,11 +379,11 @@ def _without_glitches(
 
 
 _VELOCITIES = ("measured_velocity", "measured_load_velocity")
-_ANSWER = 5.0  # times what the position usually accelerates by
+_ANSWER = 5.0  # acceleration over its 95 % quantile [-], beyond which a pulse moved the axis
 
 
 def _answers(position: Float[np.ndarray, " n"], length: int) -> Bool[np.ndarray, " n"]:
-    """Mark the samples around which the axis accelerates as it seldom does."""
+    """Mark the samples around which the axis accelerates much more than usual."""
     second = np.abs(np.diff(position, 2, prepend=position[0], append=position[-1]))
     usual = float(np.quantile(second, 0.95))
     return ndimage.maximum_filter1d(second, 2 * length + 3) > _ANSWER * usual
@@ -391,8 +394,8 @@ def _with_velocity(
 ) -> tuple[AxisLog, float, float, list[str]]:
     """Return the log with positions fused with a measured velocity, and their noise; 0 if not.
 
-    A velocity is used if it makes the positions quieter, and if neither its scale nor its delay
-    shows beside the differences of the positions. Errors of a smoothed local level are correlated
+    A velocity is used if it reduces the noise of the positions, and if its scale and its delay
+    agree with the differences of the positions. Errors of a smoothed local level are correlated
     by 1 - K from sample to sample, with the gain K = (sqrt(r^2 + 4 r) - r)/2 of its filter and r
     the variance of a step over that of a measurement.
     """
@@ -417,7 +420,7 @@ def _with_velocity(
             0.0,
             [
                 f"the measured velocity is {scale:.4g} times that of the positions and "
-                f"{1e3 * delay:.3g} ms late; not used"
+                f"delayed by {1e3 * delay:.3g} ms; not used"
             ],
         )
     fused = fuse(x, v, position, velocity, T)
@@ -431,8 +434,8 @@ def _with_velocity(
     )
 
 
-_VELOCITY_WINDOW = 10  # samples, over which noise averages out and a delay shows
-_FEWEST_WINDOWS = 20
+_VELOCITY_WINDOW = 10  # samples, over which noise averages out and a delay is measurable
+_FEWEST_WINDOWS = 20  # for scale and delay of a velocity [-]
 
 
 def _glitches(
@@ -442,14 +445,14 @@ def _glitches(
     n = values.size
     wild = np.zeros(n, dtype=bool)
     second = np.abs(np.diff(values, 2))
-    if second.size < 50:
+    if second.size < _FEWEST_DIFFERENCES:
         return wild
-    # Quantiles of the magnitudes of normal values: the one is robust, the other sees coarse steps
+    # Two quantiles of the magnitudes of normal values: the median of coarse steps may be zero
     scale = max(float(np.median(second)) / 0.6745, float(np.quantile(second, 0.9)) / 1.645)
     least = tuning.glitch_deviations * scale
     # A longer run is more than a glitch, and may be longer than the part of the log
     for length in range(1, min(longest, int(tuning.most_glitches * n)) + 1):
-        # Few samples are so far off the line: the others need no closer look
+        # Few samples are so far off the line: only these are examined
         left, right = values[1 : n - length - 2], values[2 + length : n - 1]
         far = np.abs(values[2 : n - length - 1] - 0.5 * (left + right)) - 2.0 * np.abs(right - left)
         at = 2 + np.flatnonzero(far > least)

@@ -47,11 +47,11 @@ _DEFAULT = CheckTuning()
 def expected_precision(
     log: AxisLog, *, limit: float = 0.05, tuning: CheckTuning = _DEFAULT
 ) -> tuple[ExpectedPrecision, ...]:
-    """Return the precision to expect of mass, viscous, Coulomb and static friction, in this order.
+    """Return the expected precision of mass, viscous, Coulomb and static friction, in this order.
 
     The bound of a mass and Coulomb and viscous friction is that of the regression of the effort on
     acceleration, velocity and direction over the recorded motion, with a Gaussian residual of the
-    spectral density that a first fit leaves: ``(X' X)^-1 s^2 tau``, where ``tau`` is the
+    spectral density of that of a first fit: ``(X' X)^-1 s^2 tau``, where ``tau`` is the
     correlation time of the residual in rows. Its half width is multiplied by the ratio of the
     intervals of the default estimator to it. Static friction is bounded by the efforts at which the
     axis starts from rest, with the uncertainty of the time of each start. A half width of at most
@@ -87,7 +87,7 @@ _ADVICE = {
 def _bound(
     rows: Regression, tuning: CheckTuning
 ) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
-    """Return least-squares parameters and the half widths of 95 % intervals to expect [SI]."""
+    """Return least-squares parameters and expected half widths of 95 % intervals [SI]."""
     columns, target = rows.regressors, rows.target
     n, p = columns.shape
     if n <= 2 * p:

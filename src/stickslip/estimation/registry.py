@@ -1,6 +1,6 @@
-"""The registry of the estimators: what each is, what it needs, and how it is made.
+"""The registry of the estimators, with their properties and factories.
 
-``docs/contributing.md`` has the steps to add one. The documentation reads its table from here.
+``docs/contributing.md`` has the steps to add one. The table of the documentation is made from it.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,7 +15,7 @@ from stickslip.records import AxisKind, InputError, ReadOnlyMapping, mass_name
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorEntry:
-    """An estimator of the registry: what it is, what it needs, and how it is made."""
+    """An estimator of the registry, with its properties and its factory."""
 
     name: str  #: Name in Python, on the command line and in results.
     summary: str  #: One line on the method.
@@ -37,12 +37,12 @@ class EstimatorEntry:
         Parameters
         ----------
         task
-            What is known of the axis, and what to estimate.
+            Known parameters of the axis, and the terms to estimate.
         kind
             ``"linear"`` or ``"rotary"``.
         inertia
-            Mass or inertia where the task gives none [kg or kg m^2]: the known one of an estimator
-            that needs it, the first guess of one that searches it.
+            Mass or inertia if the task has none [kg or kg m^2]: the known value for an estimator
+            that needs it, the first guess for one that estimates it.
 
         Raises
         ------
@@ -83,7 +83,7 @@ class EstimatorEntry:
         Parameters
         ----------
         task
-            What is known of the axis, and what to estimate.
+            Known parameters of the axis, and the terms to estimate.
         """
         unused = set(task.settings) - self.settings
         return replace(task, **{name: getattr(_DEFAULT, name) for name in unused})
@@ -113,12 +113,12 @@ def entry_of(name: str) -> EstimatorEntry:
 
 
 def _those(applies: Callable[[EstimatorEntry], bool]) -> list[str]:
-    """Return the names of the estimators that a remedy can point to."""
+    """Return the names of the estimators for a remedy."""
     return [name for name, entry in ESTIMATORS.items() if applies(entry)]
 
 
 def _selected(task: EstimationTask) -> Estimator:
-    """Return the estimator that selects its model; that of a flexible arm has a given one."""
+    """Return the estimator that selects its model; of a flexible arm the energy estimator."""
     if task.flexible:
         known = task.effort_delay is not None or task.effort_kind is not None
         if task.include or task.exclude or not task.select or known:

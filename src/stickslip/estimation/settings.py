@@ -13,7 +13,7 @@ from stickslip.records import InputError, ReadOnlyMapping, positive
 def first_guesses(
     values: Mapping[str, float] | None, known: Collection[str]
 ) -> Mapping[str, float]:
-    """Return first guesses by parameter name [SI] that cannot be changed any more, checked."""
+    """Return validated first guesses by parameter name [SI], read-only."""
     guesses = dict(values or {})
     for name, value in guesses.items():
         if name not in known:
@@ -34,13 +34,13 @@ def check_given(
 
 
 def check_arm(load_inertia: float | None, stiffness: float | None) -> None:
-    """Refuse half a flexible arm: only one of load inertia and stiffness."""
+    """Check that load inertia and stiffness of a flexible arm are given together."""
     if (load_inertia is None) != (stiffness is None):
         raise InputError("half_an_arm")
 
 
 def checked_variance(value: float | Iterable[Iterable[float]], count: int) -> Variance:
-    """Return P(0) of ``count`` parameters, checked.
+    """Return the validated P(0) of ``count`` parameters.
 
     It is a positive number, or a positive definite matrix as rows of numbers.
     """

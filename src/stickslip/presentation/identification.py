@@ -1,4 +1,4 @@
-"""An identification as tables, figures and a page; nothing is estimated here."""
+"""Tables, figures and page of an identification; nothing is estimated here."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -63,13 +63,13 @@ _TONES: dict[Judgement, Tone] = {
     Judgement.NOT_IDENTIFIED: "bad",
 }
 
-_CLOUD = 3000  # points of the data cloud that are drawn
+_CLOUD = 3000  # most points of the data cloud [-]: more make the page larger
 _MOTION = "Motion, measured and re-simulated"
 _EVOLUTION = (
-    "How each estimate settles as the log goes on, with its 95 % interval. A level that "
-    "is reached and kept speaks for a law that fits the whole log; one that keeps "
-    "drifting means that friction changes, or that the law lacks something. The axis is "
-    "scaled to the settled part, the first guesses may lie outside."
+    "Each estimate from the log up to a time, with its 95 % interval. An estimate that settles "
+    "agrees with a law that fits the whole log; one that keeps drifting shows that friction "
+    "changes, or that the law lacks a term. The axis is scaled to the settled part; the first "
+    "values may be outside."
 )
 
 
@@ -345,7 +345,7 @@ def curve_plot(curve: FrictionCurve, found: Identification) -> Plot:
 
 
 def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
-    """Draw where the input energy went, and the dissipated beside the explained energy."""
+    """Draw how the input energy is stored, and the dissipated beside the explained energy."""
     kind, time = found.log.kind, energy.time
     also = " and offset" if "offset" in found.estimate.parameters else ""
     measured, explained = energy.measured_dissipation, energy.explained_dissipation
@@ -369,11 +369,11 @@ def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
             f"{explained[-1]:.3g} {unit}."
         ),
         caption=(
-            "The upper panel shows where the input energy is stored, the lower one what is left of "
-            "it without kinetic and potential energy (measured) and what the fitted friction"
-            f"{also} {'take' if also else 'takes'} (explained). The two should lie on each other; "
-            "a gap that grows with time is dissipation that the law does not know, or a wrong mass "
-            "or effort scale."
+            "The upper panel shows how the input energy is stored. The lower one shows the input "
+            "energy less kinetic and potential energy (measured) and the energy that the fitted "
+            f"friction{also} {'take' if also else 'takes'} (explained). The two should agree. A "
+            "gap that grows with time is dissipation without a term in the law, or a wrong mass or "
+            "effort scale."
         ),
         traces=traces,
         layout=layout(
@@ -390,7 +390,7 @@ def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
 def evolution_plots(
     evolution: EstimateEvolution, estimate: FrictionEstimate, truth: Mapping[str, float] | None
 ) -> list[Plot]:
-    """Draw how each estimate settles, with its band, and the true value where it is known."""
+    """Draw the evolution of each estimate with its band, and the true value if it is known."""
     plots: list[Plot] = []
     time = evolution.time
     for name, values in evolution.values.items():
@@ -406,7 +406,7 @@ def evolution_plots(
             traces.append(draw.level(time, true, "true value", look))
         settled = f"It ends at {values[-1]:.4g} {unit}" if math.isfinite(values[-1]) else ""
         known = "" if true is None else f"; the true value is {true:.4g} {unit}"
-        # How the estimate settles, not its first wild guesses
+        # The settled part: the first values may be far off
         later = values[values.size // 4 :], (values - widths)[-1:], (values + widths)[-1:]
         settings = draw.range_of(*later, [] if true is None else [true], room=0.25)
         plots.append(
@@ -440,8 +440,8 @@ def residual_plots(residuals: Residuals, found: Identification) -> list[Plot]:
         caption=(
             "Effort that the identified terms do not explain while the axis moves, "
             f"{share_text(residuals.share)} of the effort. A pattern that repeats with the motion "
-            "is a term that the model lacks; spikes at reversals are presliding or a late sign of "
-            "the velocity."
+            "is a term that the model lacks; spikes at reversals are presliding or a delayed sign "
+            "of the velocity."
         ),
         traces=[line(residuals.time, residual, "residual", Look(draw.INK, 0.9))],
         layout=layout(x=quantity_axis("time", kind), y=[axis(f"residual effort [{unit}]")]),
@@ -462,8 +462,8 @@ def residual_plots(residuals: Residuals, found: Identification) -> list[Plot]:
         ),
         caption=(
             f"A white residual stays inside the shaded band at 95 % of the lags; here "
-            f"{1 - outside:.0%} do. Where it does not, samples repeat one another. The intervals "
-            "above allow for that: they do not assume that every sample is independent."
+            f"{1 - outside:.0%} do. Beyond it, samples are correlated. The intervals above allow "
+            "for that: they do not assume independent samples."
         ),
         traces=[*white, line(stems, heights, "residual", Look(draw.INK, 1.5))],
         layout=layout(x=axis("lag [s]"), y=[axis("autocorrelation [-]", range=[-1.05, 1.05])]),
@@ -499,8 +499,8 @@ def resimulation_plot(again: Resimulation, found: Identification) -> Plot:
         ),
         caption=(
             f"The identified model is driven by the logged effort, {restart}. It explains "
-            f"{again.fit:.1%} of the measured position (100 % is a perfect fit). Look for "
-            "stops that come too early or too late: they show friction that is off near standstill."
+            f"{again.fit:.1%} of the measured position (100 % is a perfect fit). Stops at other "
+            "times than measured show an error of friction near standstill."
         ),
         traces=traces,
         layout=layout(

@@ -31,7 +31,7 @@ WORKERS = 2
 _CHILD = "from stickslip.tasks.axes import serve; serve()"
 
 Progress = Callable[[str, int, int], None]
-"""Called with the name of an axis that is done, the number done, and of all."""
+"""Called with the name of an axis that is done, the number done and the number of all."""
 
 
 def axes_at(
@@ -55,7 +55,7 @@ def axes_at(
 def kind_of_joints(urdf: Path | str, joints: Sequence[str] = ()) -> AxisKind | None:
     """Return the kind of the joints of a robot, or of those in ``joints``; None if kinds differ.
 
-    ``joints`` are joints or ``AXIS=JOINT``, as in `axes_of_robot`; unknown ones are passed over.
+    ``joints`` are joints or ``AXIS=JOINT``, as in `axes_of_robot`; unknown ones are ignored.
     """
     from stickslip.estimation.robot.model import read_urdf
 
@@ -70,9 +70,10 @@ def axes_of_robot(
 ) -> dict[str, AxisLog | InputError]:
     """Return the logs of a robot's joints with the efforts that a model of its links states.
 
-    Gravity, the other joints and the changes of inertia act on a joint then as the model has them
+    Gravity, the other joints and the changes of inertia then act on a joint as in the model
     (`stickslip.records.AxisLog.model_effort`). An axis is the joint of the same name, or the only
-    one whose name holds its own; numbered axes are the joints in their order, if there are as many.
+    joint whose name contains its name; numbered axes are the joints in their order, if there are as
+    many.
 
     Parameters
     ----------
@@ -81,8 +82,8 @@ def axes_of_robot(
     urdf
         Path of the URDF file, with masses and inertias [kg, kg m^2]. The base is upright.
     joints
-        Names of the joints that are wanted, or ``"AXIS=JOINT"`` for those that an axis is; of a
-        log of one axis, the joint that it is. None of the former returns every axis.
+        Names of the requested joints, or ``"AXIS=JOINT"`` for the joint that an axis is; for a log
+        of one axis, the joint that it is. Without a requested joint, every axis is returned.
 
     Returns
     -------
@@ -152,9 +153,9 @@ def identify_axes(
     estimator
         Name in `stickslip.estimation.ESTIMATORS`.
     task
-        Known values and what to estimate, alike for all axes; None for unknown rigid axes.
+        Known parameters and terms to estimate, for all axes; None for unknown rigid axes.
     progress
-        Called with the name of each axis that is done, the number done, and of all.
+        Called with the name of each axis that is done, the number done and the number of all.
 
     Returns
     -------
@@ -253,7 +254,7 @@ def axes_validated(
 def _identified(
     logs: Mapping[str, AxisLog], estimator: str, task: EstimationTask, progress: Progress | None
 ) -> dict[str, Identification | StickslipError]:
-    """Return the identification of each log, or its error, worked out by other processes."""
+    """Return the identification of each log, or its error, from other processes."""
     workers: SimpleQueue[ChildProcess] = SimpleQueue()
     count, done = min(WORKERS, len(logs)), 0
     lock = threading.Lock()
@@ -285,7 +286,7 @@ def _identified(
 def _asked(
     worker: ChildProcess, log: AxisLog, estimator: str, task: EstimationTask
 ) -> Identification | StickslipError:
-    """Return what a process finds, or the error that it meets."""
+    """Return the result of a process, or its error."""
     found = worker.ask((log, estimator, task))
     if isinstance(found, Exception) and not isinstance(found, StickslipError):
         raise found

@@ -32,7 +32,7 @@ from stickslip.simulation import simulate
 from stickslip.tasks.parallel import in_parallel
 from stickslip.tasks.reading import log_at
 
-_LONG_FIT = 2.0  # s, beside which the time to load compiled code hardly counts
+_LONG_FIT = 2.0  # s, beside which the time to load compiled code is small
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +64,8 @@ def compare_log(
 ) -> EstimatorComparison:
     """Identify the friction of an axis from one log with every estimator.
 
-    The reason is given where one does not apply. One that estimates no mass or inertia gets that of
-    the energy estimator if none is given.
+    For an estimator that does not apply, the result has the reason. An estimator that does not
+    estimate the mass or inertia gets that of the energy estimator if none is given.
 
     Parameters
     ----------
@@ -74,22 +74,22 @@ def compare_log(
     schema, axis
         How to read it, if it is a path (see `stickslip.logs.read_log`).
     columns
-        What single columns are, in place of what the schema says of them.
+        Definitions of single columns, which take precedence over the schema.
     task
-        Known values of the axis, and what to estimate; None for an unknown rigid axis.
+        Known parameters of the axis, and the terms to estimate; None for an unknown rigid axis.
     only
         Names of the estimators to compare; empty for all.
     progress
-        Called before each estimator with the number done, and of all.
+        Called before each estimator with the number done and the number of all.
 
     Returns
     -------
-    The estimates, the time of each, and how well it explains the log.
+    The estimates, with the time and the residuals of each.
 
     Raises
     ------
     InputError
-        If the log cannot be read, or what is known of the axis cannot be.
+        If the log cannot be read, or the known parameters are not valid.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def compare_log(
 def _chosen_names(only: tuple[str, ...], task: EstimationTask, kind: AxisKind) -> tuple[str, ...]:
     """Return the names of the estimators to compare, in the order of the registry.
 
-    A task that cannot be used, an unknown name, and a setting that no compared estimator uses are
+    A task that is not valid, an unknown name, and a setting that no compared estimator uses are
     errors.
     """
     task.check(kind)
@@ -139,7 +139,7 @@ def _chosen_names(only: tuple[str, ...], task: EstimationTask, kind: AxisKind) -
 def _fitted(name: str, task: EstimationTask, energy_inertia: float | None, log: AxisLog) -> _Fitted:
     """Return the estimate of a log, or why the estimator does not apply to it.
 
-    Settings that the estimator does not have are left out. ``energy_inertia`` is the mass or
+    Settings that the estimator does not have are not used. ``energy_inertia`` is the mass or
     inertia of the energy estimator [kg or kg m^2], for estimators that need one.
     """
     entry = entry_of(name)
@@ -163,9 +163,9 @@ def _inertia_of(estimate: FrictionEstimate | None) -> float | None:
 def _timed(
     name: str, task: EstimationTask, energy_inertia: float | None, log: AxisLog
 ) -> tuple[_Fitted, float]:
-    """Return the fit of a log, and its time over the samples [s].
+    """Return the fit of a log, and its time over the number of samples [s].
 
-    The second of two fits counts if the first is short, as that also loads compiled code.
+    If the first fit is short, the time is that of a second one: the first also loads compiled code.
     """
     begun = time.perf_counter()
     found = _fitted(name, task, energy_inertia, log)
@@ -182,7 +182,7 @@ def _timed(
 def _judged(
     log: AxisLog, task: EstimationTask, name: str, found: _Fitted, seconds: float
 ) -> ComparedEstimator:
-    """Return an estimate with how well it explains the log."""
+    """Return an estimate with its residuals on the log."""
     from stickslip.estimation import replay, unexplained_effort
     from stickslip.estimation.selection.estimator import judged
     from stickslip.estimation.selection.plausibility import unexplained
@@ -234,12 +234,12 @@ def compare_scenario(
     runs
         Number of runs; None for that of the scenario.
     task
-        Known values of the axis, and what to estimate; None for nothing known. Load and spring of
-        a flexible arm are known.
+        Known parameters of the axis, and the terms to estimate; None for none. Load and spring of a
+        flexible arm are known.
     only
         Names of the estimators to compare; empty for all.
     progress
-        Called after each run with the number done, and of all.
+        Called after each run with the number done and the number of all.
 
     Returns
     -------
@@ -249,7 +249,7 @@ def compare_scenario(
     Raises
     ------
     InputError
-        If the scenario cannot be used, or what is known of the axis cannot be.
+        If the scenario or the known parameters are not valid.
     """
     read = scenario if isinstance(scenario, Read) else read_study(scenario)
     study, known = read.scenario, task or EstimationTask()
@@ -312,7 +312,7 @@ def compare_scenario(
 
 
 def measured_log(read: StudyFile, generator: np.random.Generator) -> AxisLog:
-    """Return the log of one run: disturbed, started anywhere within an encoder step, measured."""
+    """Return the log of one run, which starts at a random position within an encoder step."""
     study = read.scenario
     plant, sensors = study.axis.build(), study.sensors.build()
     effort, step = study.input.build(read.path.parent, generator)
@@ -347,11 +347,11 @@ def _truth(axis: Axis, task: EstimationTask) -> dict[str, float]:
     truth = axis.truth()
     if axis.kind == "rotary":
         truth = {"inertia": truth.pop("mass")} | truth
-    if task.per_direction:  # an offset is then part of the friction that each direction has
+    if task.per_direction:  # the friction of each direction contains the offset
         for name in ("coulomb_friction", "static_friction"):
             truth[f"{name}_positive"] += truth["offset"]
             truth[f"{name}_negative"] -= truth["offset"]
-    elif task.has_offset:  # and what sets the directions apart is part of the offset
+    elif task.has_offset:  # the offset contains half the difference of the directions
         apart = truth["coulomb_friction_positive"] - truth["coulomb_friction_negative"]
         truth["offset"] += 0.5 * apart
     return truth

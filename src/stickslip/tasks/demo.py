@@ -48,9 +48,9 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
     Parameters
     ----------
     folder
-        Where the files go, all of them or none; made if it is missing.
+        Folder of the files, all of them or none; made if it is missing.
     seed
-        Of the sensors' noise.
+        Seed of the sensors' noise.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
         )
         sensors = surrogate.surrogate_sensors()
         write_csv(sensors.measure(motion, np.random.default_rng(seed)), scratch / _LOG)
-        # The demonstration reads what it wrote, as it would a user's files
+        # The log is read from its file, like a user's
         log = read_log(scratch / _LOG, LogSchema(name="Surrogate arm (simulated)"))
         identification = identify(
             log,

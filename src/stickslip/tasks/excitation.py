@@ -27,7 +27,7 @@ from stickslip.simulation import Sensors
 if TYPE_CHECKING:
     from stickslip.estimation import InputLimits
 
-_MOST_SAMPLES = 200_000  # a design tries some hundred inputs: minutes for so many samples
+_MOST_SAMPLES = 200_000  # of an input: a design tries some hundred inputs, which takes minutes
 
 
 def excite(
@@ -50,9 +50,9 @@ def excite(
     Parameters
     ----------
     believed
-        Approximate parameters by name [SI]: ``inertia`` (or mass), friction alike in both
-        directions or for each, ``offset``, and ``load_inertia`` and ``stiffness`` of an arm. A
-        rough guess will do.
+        First guesses of the parameters by name [SI]: ``inertia`` (or mass), friction of both
+        directions or of each, ``offset``, and ``load_inertia`` and ``stiffness`` of an arm. Rough
+        values are enough.
     kind
         ``"linear"`` or ``"rotary"``; None takes that of the estimate, or linear.
     estimate
@@ -60,18 +60,18 @@ def excite(
     duration, sampling_time
         Of the effort [s].
     effort_limit, speed_limit, travel_limit
-        Largest effort and speed, and largest distance from where the axis begins [N or N m, m/s or
-        rad/s, m or rad]; None for no limit.
+        Largest effort and speed, and largest distance from the start [N or N m, m/s or rad/s, m or
+        rad]; None for no limit.
     position_noise, encoder_step
         Of the position sensors: standard deviation and step [m or rad].
     velocity_noise
-        Standard deviation of measured velocities [m/s or rad/s]; None where none is measured.
+        Standard deviation of measured velocities [m/s or rad/s]; None if none is measured.
     seed
-        Of the inputs that the search begins with.
+        Seed of the inputs at the start of the search.
 
     Returns
     -------
-    The effort, and the intervals to expect at best.
+    The effort, and the smallest intervals to expect.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def excite(
         sampling_time=sampling_time,
         effort=designed.effort,
         expected={
-            name: ExpectedParameter(believed=_believed(name, values), std=bound.std[name])
+            name: ExpectedParameter(believed=_first_guess(name, values), std=bound.std[name])
             for name in bound.names
         },
         largest_speed=designed.largest_speed,
@@ -154,14 +154,14 @@ def _shown(limits: "InputLimits", sensors: Sensors, kind: AxisKind) -> dict[str,
     return {name: (value, unit_of(unit, kind)) for name, (value, unit) in given.items() if value}
 
 
-def _believed(name: str, values: Mapping[str, float]) -> float:
-    """Return the given value of a parameter, or of its friction in both directions."""
+def _first_guess(name: str, values: Mapping[str, float]) -> float:
+    """Return the given value of a parameter, or that of friction in both directions."""
     both = quantity_name(name)
     return values.get(name, values.get(both, values.get(f"{both}_positive", 0.0)))
 
 
 def _kind_in(path: Path) -> AxisKind:
-    """Return the kind of axis of an estimate; faults of the file are found later."""
+    """Return the kind of axis of an estimate; errors of the file are found later."""
     try:
         document = json.loads(path.read_bytes())
     except (OSError, ValueError):

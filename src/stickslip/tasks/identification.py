@@ -1,4 +1,4 @@
-"""From a log to identified friction parameters: reading, fitting and examining in one call."""
+"""Identification of friction from logs: reading, fitting and examining in one call."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
@@ -42,16 +42,16 @@ def identify(
     Parameters
     ----------
     log
-        A log, or the path of one; or several of them, of one rigid axis. Several logs share
-        inertia and friction, and each has its own offset, delay and drift, with its name in
-        brackets, as in ``"offset[morning]"``. Estimator ``"auto"`` only.
+        A log, or the path of one; or several of one rigid axis, with estimator ``"auto"``. Several
+        logs share inertia and friction. Each has its own offset, delay and drift, with its name in
+        brackets, as in ``"offset[morning]"``.
     schema, axis
         How to read it, if it is a path (see `stickslip.logs.read_log`).
     columns
-        What single columns are, in place of what the schema says of them.
+        Definitions of single columns, which take precedence over the schema.
     estimator
-        Name in `stickslip.estimation.ESTIMATORS`, or an estimator; all settings of the latter are
-        its own, so that none can be given here.
+        Name in `stickslip.estimation.ESTIMATORS`, or an estimator, which has its own settings: none
+        can be given beside it.
     inertia, mass
         Moving inertia or mass, whichever name, of the first body of a flexible arm [kg or kg m^2];
         None estimates it.
@@ -63,7 +63,7 @@ def identify(
     per_direction
         Whether each direction gets its own Coulomb and viscous friction.
     offset
-        Whether a constant offset is estimated; None does unless ``per_direction``.
+        Whether a constant offset is estimated; None estimates it unless ``per_direction``.
     stribeck
         Whether static friction and Stribeck velocity are estimated too, with a Gaussian law
         (`stickslip.estimation.StribeckEstimator` has the exponential one); ``"energy"`` then stands
@@ -72,7 +72,7 @@ def identify(
         Cutoff frequency of the low-pass for noisy signals [Hz]; None takes a tenth of the sampling
         rate and at most 100 Hz.
     forgetting_factor
-        Of ``"published-energy"``, in (0, 1] [-]; None takes 1, which forgets nothing.
+        Of ``"published-energy"``, in (0, 1] [-]; None takes 1, without forgetting.
     initial_variance
         Of ``"published-energy"``: diagonal of P(0) [squared unit of the parameters over that of the
         energy]; None takes 1e3.
@@ -99,7 +99,7 @@ def identify(
 
     Returns
     -------
-    The estimate with everything its report shows.
+    The estimate with the data of its report.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def identify(
         if inertia is not None or load_inertia is not None:
             raise InputError("both_given", names=("mass", "inertia"))
         inertia, load_inertia = mass, load_mass
-    # The log is read first: an error in its name comes before libraries that take seconds to load.
+    # The log is read first: an error in its name comes before libraries that load for seconds.
     logs = logs_of(log, schema, axis, columns)
     delays = effort_delay if isinstance(effort_delay, Mapping) else {}
     task = EstimationTask(
@@ -214,7 +214,7 @@ def logs_of(
     axis: str | int | None,
     columns: AxisSchema | None,
 ) -> list[AxisLog]:
-    """Return a log or several, read."""
+    """Return a log, or several, as a list of logs that are read."""
     if isinstance(log, AxisLog):
         return [log]
     if not isinstance(log, Sequence) or isinstance(log, str):

@@ -1,4 +1,4 @@
-"""What a log holds and how it would be read, before anything is identified from it."""
+"""Contents of a log and its reading, before an identification."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -28,9 +28,9 @@ from stickslip.records import (
     StickslipError,
 )
 
-_LARGEST_LAG = 0.05  # lags between effort and motion that are looked for [s]
+_LARGEST_LAG = 0.05  # between effort and motion in the search [s]
 
-_MOST_SAMPLES = 50_000  # samples that the lag is estimated from
+_MOST_SAMPLES = 50_000  # for the estimate of the lag, which bounds its time [-]
 
 _PRESUMED = (
     "check: the inertia is taken as constant, and gravity and other joints as absent; the joint of "
@@ -38,7 +38,7 @@ _PRESUMED = (
 )
 
 _EVEN = 0.01
-"""Jitter up to which samples count as even [-]; others are interpolated before a lag is sought."""
+"""Jitter up to which samples count as even [-]; others are interpolated first."""
 
 
 def inspect(
@@ -51,22 +51,22 @@ def inspect(
     joints: Sequence[str] = (),
     limit: float | None = None,
 ) -> Inspection:
-    """Return what a log holds, the axes that its columns make, and what is missing.
+    """Return the contents of a log, the axes that its columns make, and what is missing.
 
     Parameters
     ----------
     log
         Path of the log.
     schema
-        How to read it, as far as it is known.
+        Known part of its schema.
     axis
         Name of the only axis to return; None returns all.
     columns
-        What single columns are, in place of what the schema says of them.
+        Definitions of single columns, which take precedence over the schema.
     urdf, joints
-        Model of the robot whose joints the axes are, and those wanted, as
-        `stickslip.tasks.axes_of_robot` takes them: the lag and the prediction then hold with
-        gravity, the other joints and the changes of inertia.
+        Model of the robot whose joints the axes are, and the requested ones, as in
+        `stickslip.tasks.axes_of_robot`: lag and prediction then include gravity, the other joints
+        and the changes of inertia.
     limit
         Half width of a 95 % interval over its value, up to which a parameter counts as identifiable
         [-]; None predicts no precision.
@@ -125,7 +125,7 @@ def write_schema(log: Path | str, path: Path | str, schema: LogSchema) -> Path:
     path
         TOML file to write.
     schema
-        How to read it, as far as it is known.
+        Known part of its schema.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def write_schema(log: Path | str, path: Path | str, schema: LogSchema) -> Path:
 
 
 def _with_kind(table: Table, assigned: Assignment) -> AxisSchema:
-    """Return the schema of an axis with its kind: names of columns that are stated imply none."""
+    """Return the schema of an axis with its kind, which stated names of columns do not imply."""
     schema = assigned.schema
     try:
         bound = bind(table, schema, assigned.found, "schema")
@@ -201,7 +201,7 @@ def _column(
 
 
 def _unit_of_time(assigned: Mapping[str, Assignment]) -> str | None:
-    """Return the unit of time that the schemas of all axes state, None if there is no such one."""
+    """Return the unit of time that the schemas of all axes state; None if there is none."""
     units = {each.schema.units.get("time") for each in assigned.values()}
     return units.pop() if len(units) == 1 else None
 
@@ -245,7 +245,7 @@ def _rates(
 def _proposal(
     name: str, assigned: Assignment, log: AxisLog | InputError, limit: float | None
 ) -> AxisProposal:
-    """Return an axis with what reading it shows."""
+    """Return an axis with the result of its reading."""
     texts = {
         channel: text
         for channel in CHANNELS
@@ -280,7 +280,7 @@ def _proposal(
 
 
 def _expected(log: AxisLog, limit: float | None) -> tuple[tuple[ExpectedPrecision, ...], str]:
-    """Return the precision to expect, and why there is none."""
+    """Return the expected precision, or why there is none."""
     if limit is None:
         return (), ""
     from stickslip.estimation.recorded_excitation import expected_precision

@@ -1,4 +1,4 @@
-"""Results as JSON, in a form that every reader of JSON accepts."""
+"""Results as standard JSON."""
 
 import json
 import math
@@ -76,5 +76,5 @@ def _plain(value: Any) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """Replace a number that JSON does not know."""
+    """Replace a number that JSON cannot represent by null."""
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -16,26 +16,28 @@ from stickslip.estimation.fit.rows import (
 from stickslip.records import ParameterEstimate, Status, Verdict, shared_name
 
 LEAST_SIGNAL_TO_NOISE = 5.0
-"""A regressor less than five times its own noise would be biased to zero by more than 4 %."""
+"""Least norm of a regressor over that of its noise [-]: below it, least squares is biased to zero
+by more than 4 %."""
 
 INVOLVED = 0.01
-"""Component of a null direction above which a parameter takes part in it."""
+"""Component of a null direction [-] above which a parameter takes part in it."""
 
 LEAST_SPEED_VARIATION = 0.05
-"""Below 5 % variation of speed, Coulomb and viscous friction differ by less than model errors."""
+"""Standard deviation over mean of the speed [-], below which the columns of Coulomb and viscous
+friction differ by less than model errors."""
 
 LEAST_SHARE_OF_TRAVEL = 0.02
-"""A direction with less than 2 % of the travel holds no information of its own."""
+"""Share of the travel [-] below which a direction holds no information of its own."""
 
 LEAST_RANGE = 30.0
-"""Range of positions, in units of their noise or smallest step, below which the axis hardly moves:
+"""Range of positions over their noise or smallest step [-], below which the axis hardly moves:
 noise alone spans less than 15 standard deviations in any log that fits into a memory."""
 
 POOR_FIT = 0.5
-"""Relative residual above which the model is not what moves the axis."""
+"""Relative residual [-] above which the model does not describe the axis."""
 
-FOLDS = 5
-_LEAST_ROWS_PER_FOLD = 4
+FOLDS = 5  #: Blocks of the cross-validation [-].
+_LEAST_ROWS_PER_FOLD = 4  # a fold with fewer rows has no meaningful error [-]
 
 
 def condition_number(regressors: Float[np.ndarray, "n p"]) -> float:
@@ -50,9 +52,9 @@ def condition_number(regressors: Float[np.ndarray, "n p"]) -> float:
 def cross_validation_residual(regression: Regression) -> float | None:
     """Return the relative residual [-] on contiguous fifths of the information left out in turn.
 
-    Contiguous blocks, because neighbours of a left-out row would give it away; of equal information
-    and not of equal length, because a log that rests for most of its time has no information
-    there. Of several logs a fifth of each. None if the log is too short to leave a fifth out.
+    The blocks are contiguous, because a row is correlated with its neighbours. They have equal
+    information and not equal length, because rests contain no information. Of several logs a fifth
+    of each is left out. None if the log is too short.
     """
     target, regressors = regression.target, regression.regressors
     n, p = regressors.shape
@@ -76,7 +78,7 @@ def cross_validation_residual(regression: Regression) -> float | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Determined:
-    """What a regression determines."""
+    """Columns and directions that a regression determines."""
 
     columns: Int[np.ndarray, " q"]  #: Numbers of the columns that hold more than noise, shape (q,).
     # Singular value decomposition of those columns, scaled to unit norm, in the directions that are
@@ -102,11 +104,11 @@ def determined(
     regressor_noise: Float[np.ndarray, " p"],
     smallest_ratio: float = SMALLEST_SINGULAR_RATIO,
 ) -> Determined:
-    """Find which directions of the parameter space the rows determine.
+    """Return the directions of the parameter space that the rows determine.
 
     A direction is not determined if the columns, combined along it, are below the smallest ratio to
-    the strongest combination, or below five times what the root mean square noise in the columns
-    would make of it: there, least squares is biased to zero.
+    the strongest combination, or below five times the combination of the root mean square noise in
+    the columns, for which least squares is biased to zero.
     """
     n, p = regressors.shape
     all_norms = np.linalg.norm(regressors, axis=0)
@@ -133,7 +135,7 @@ def determined(
 
 
 def unidentifiable_reason(name: str, group: Sequence[str], motion: MotionSummary) -> str:
-    """Return one sentence on why a parameter cannot be found from this motion.
+    """Return one sentence on why this motion does not determine a parameter.
 
     The group are the parameters that cannot be separated, itself included.
     """
@@ -201,7 +203,7 @@ def status_of(
     cross_validation: float | None,
     regression: Regression,
 ) -> Status:
-    """Return whether an estimate can be trusted, and if not, the first reason why not.
+    """Return the status of an estimate: the first reason against it, or ``ok``.
 
     The relative residual is its norm over the scale of the rows [-], that of the cross-validation
     the same on rows left out of the fit.

@@ -19,7 +19,7 @@ _KNOWN = ("inertia", "load_inertia", "stiffness", "stribeck", "cutoff", "filter_
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
-    """An estimate, its least-squares rows, and what the estimator knew of the axis."""
+    """An estimate, its least-squares rows, and the known parameters of the axis."""
 
     estimate: FrictionEstimate  #: The result.
     rows: Regression  #: Rows whose least-squares solution is the estimate.
@@ -54,7 +54,7 @@ class RowsEstimator(ABC):
 
 
 class LeastSquaresEstimator(RowsEstimator):
-    """Base of those whose estimate is the least-squares solution of the rows that they make."""
+    """Base of the estimators whose estimate is the least-squares solution of their rows."""
 
     name: ClassVar[str]
 
@@ -74,7 +74,7 @@ class LeastSquaresEstimator(RowsEstimator):
         return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
 
     def fitted(self, estimate: FrictionEstimate, rows: Regression) -> Fit:
-        """Return an estimate and its rows with what is known of the axis."""
+        """Return an estimate and its rows with the known parameters of the axis."""
         known = {name: getattr(self, name) for name in _KNOWN if hasattr(self, name)}
         stribeck = known.pop("stribeck", None)
         one = stribeck if isinstance(stribeck, StribeckEffect) else None

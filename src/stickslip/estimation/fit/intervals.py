@@ -7,14 +7,14 @@ from jaxtyping import Float, Int
 from scipy.linalg import block_diag
 from scipy.special import stdtrit
 
-CONFIDENCE = 0.95
+CONFIDENCE = 0.95  #: Of all intervals [-].
 MOST_FREQUENCIES = 12
-"""See `frequencies`."""
+"""Largest number of cosines [-]; see `frequencies`."""
 
-_ROWS_PER_FREQUENCY = 4
-_SLOWEST = 4  # cosines, which a drifting force fills
-_RED = 2.5  # ratio of mean squares: of white residuals, one in eight is as red
-_WHITE = 2.0  # degrees of freedom of a white variance, over those of the cosines
+_ROWS_PER_FREQUENCY = 4  # effective rows for each cosine [-]
+_SLOWEST = 4  # number of the slowest cosines, which contain a drifting force [-]
+_RED = 2.5  # ratio of mean squares [-]: it is as large in one of eight white residuals
+_WHITE = 2.0  # degrees of freedom of a white variance over those of the cosines [-]
 _TINY = np.finfo(float).tiny
 
 
@@ -31,11 +31,11 @@ def autocorrelation(values: Float[np.ndarray, " n"], lags: int) -> Float[np.ndar
 def information_time(
     leverage: Float[np.ndarray, " n"],
 ) -> tuple[Float[np.ndarray, " n"], float]:
-    """Return how much of the information has come in by each row, and how many rows that is worth.
+    """Return the share of the information up to each row [-], and the effective number of rows.
 
-    A log that rests for half of its time has its information in the other half; in this time, from
-    0 to 1 at the middle of each row, every stretch counts by its information. The leverage of a row
-    is its squared norm in orthonormal coordinates [-].
+    A log that rests for half of its time has its information in the other half. In this time, from
+    0 to 1 and at the middle of each row, every stretch counts by its information. The leverage of a
+    row is its squared norm in orthonormal coordinates [-].
     """
     total = float(np.sum(leverage))
     if total <= 0:
@@ -45,11 +45,11 @@ def information_time(
 
 
 def frequencies(rows: float, most: int = MOST_FREQUENCIES) -> int:
-    """Return how many of the slowest cosines the long-run covariance is taken from.
+    """Return the number of the slowest cosines for the long-run covariance.
 
-    They must be slower than whatever correlates the residual, so that few are better; each gives
-    the interval's Student distribution one degree of freedom, so that few cost width: with 12 the
-    interval is 11 % wider than with all the frequencies in the world.
+    The cosines must be slower than the correlation of the residual, which limits their number. Each
+    gives the interval's Student distribution one degree of freedom: with 12 the interval is 11 %
+    wider than with infinitely many. ``rows`` is the effective number of rows [-].
     """
     return max(min(most, int(rows / _ROWS_PER_FREQUENCY)), 1)
 
@@ -66,7 +66,7 @@ class Overlap:
 
 @dataclass(frozen=True, kw_only=True)
 class Uncertainty:
-    """Covariance of an estimate, and how well it is known itself."""
+    """Covariance of an estimate, and the degrees of freedom of that covariance."""
 
     covariance: Float[np.ndarray, "p p"]  #: Shape (p, p) [SI].
     #: Of Student's distribution for each parameter's interval, shape (p,) [-].
@@ -86,18 +86,19 @@ def robust_uncertainty(
 
     A parameter is a weighted sum of the target, with weights l_t. Its variance is taken from the
     slowest variations of l_t r_t: the mean square of its projections on the first cosines
-    (equal-weighted cosines: Lazarus, Lewis, Stock and Watson 2018), in the time in which
-    information comes in. What goes on at higher frequencies, such as noise that differentiation
-    has amplified, does not enter.
+    (equal-weighted cosines: Lazarus, Lewis, Stock and Watson 2018), in the time of
+    `information_time`. Higher frequencies, such as noise that differentiation has amplified, do not
+    enter.
 
-    The fit has made the residual orthogonal to the regressors, which takes out some of these
-    variations. With G the covariance of the projections if the noise were white, the mean square is
+    The residual is orthogonal to the regressors, which removes some of these variations. With G the
+    covariance of the projections if the noise were white, the mean square is
     scaled to be unbiased then, and the interval has (tr G)^2 / tr G^2 degrees of freedom (Bell and
     McCaffrey 2002).
 
     The regressors are left singular vectors, ``to_values`` leads from their coordinates to the
-    parameters [SI]. At ``most`` so many cosines are taken, with ``slow`` the slowest alone where
-    they are the strongest. ``log`` numbers the log of each row: each has cosines of its own.
+    parameters [SI]. ``most`` is the largest number of cosines; with ``slow`` the slowest alone are
+    taken if they are the strongest. ``log`` numbers the log of each row: each has cosines of its
+    own.
     """
     n, d = orthonormal.shape
     p = to_values.shape[0]
@@ -150,12 +151,12 @@ def _cosines(
 
 
 def pooled(uncertainty: Uncertainty, white: Float[np.ndarray, " p"]) -> Uncertainty:
-    """Return the uncertainty with variances that are too small by chance raised.
+    """Return the uncertainty with larger variances where they are too small by chance.
 
-    A few cosines give the variance with few degrees of freedom nu, and an interval is most often
-    wrong where that is small by chance. No process that correlates a residual makes it smaller than
-    white noise does. A variance below that of ``white`` noise [SI] is pooled with it, by degrees of
-    freedom: ``(nu V + 2 nu V_white) / (3 nu)``.
+    A few cosines give the variance with few degrees of freedom nu, and most wrong intervals have a
+    variance that is small by chance. The correlation of real residuals makes the variance larger
+    than that of white noise. A variance below that of ``white`` noise [SI] is pooled with it, by
+    degrees of freedom: ``(nu V + 2 nu V_white) / (3 nu)``.
     """
     own = np.diag(uncertainty.covariance)
     small = (own < white) & (own > 0)
@@ -172,7 +173,7 @@ def pooled(uncertainty: Uncertainty, white: Float[np.ndarray, " p"]) -> Uncertai
 def t_quantile(degrees_of_freedom: float, intervals: int = 1) -> float:
     """Return the factor from a standard deviation to half a 95 % interval [-].
 
-    So many ``intervals`` hold together with 95 % (Bonferroni).
+    The number of ``intervals`` hold together with 95 % (Bonferroni).
     """
     return float(stdtrit(degrees_of_freedom, 1.0 - 0.5 * (1.0 - CONFIDENCE) / intervals))
 

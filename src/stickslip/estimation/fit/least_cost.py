@@ -1,4 +1,4 @@
-"""Where a cost of one number is least, such as a variance that makes a log likeliest."""
+"""Minimum of a cost over one number on a logarithmic scale, such as a variance."""
 
 from collections.abc import Callable
 
@@ -9,10 +9,11 @@ from scipy.optimize import minimize_scalar
 def least_decades(
     cost: Callable[[float], float], decades: tuple[float, float], *, grid: int, tolerance: float
 ) -> float:
-    """Return the decades at which a cost is least: on a grid, then between its points.
+    """Return the decimal logarithm at which a cost is least: on a grid, then between its points.
 
-    Likelihoods have more than one hump over many decades, so that a search from one place is not
-    enough. The cost is of a decimal logarithm.
+    Likelihoods over many decades can have several maxima, so that a search from one point is not
+    enough. ``decades`` are the bounds, ``tolerance`` is that of the result, both as decimal
+    logarithms.
     """
     low, high = decades
     places = np.linspace(low, high, grid)

@@ -1,4 +1,4 @@
-"""The linear problem that an estimator makes of a log, before it is solved."""
+"""Rows of a linear regression, before it is solved."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from stickslip.estimation.signals.sensor_noise import encoder_step
 from stickslip.records import AxisKind
 
 SMALLEST_SINGULAR_RATIO = 0.01
-"""Columns of unit norm with a smaller singular value (relative to the largest) differ by
-less than 1 % of their content, which sensor and model errors exceed."""
+"""Smallest over largest singular value of columns of unit norm [-]: below it they differ by less
+than 1 % of their content, which sensor and model errors exceed."""
 
 RESOLUTION = 2e-5
-"""What sums over samples and filters resolve of a signal. It bounds the intervals: without noise
-they would otherwise shrink to nothing around a value that these errors have shifted."""
+"""Relative error of sums over samples and of filters [-]. It bounds the intervals: without noise
+their width would go to zero around a value with this error."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotionSummary:
-    """What a log's motion excites, in the terms that identifiability is explained in."""
+    """Excitation of a log's motion, for verdicts on identifiability."""
 
     largest_speed: float  #: Largest speed [m/s or rad/s].
     speed_noise: float  #: Standard deviation of the noise of the speed [m/s or rad/s].
@@ -37,7 +37,7 @@ class MotionSummary:
 
     @property
     def travel(self) -> float:
-        """Way travelled in both directions [m or rad]."""
+        """Distance travelled in both directions [m or rad]."""
         return self.forward_travel + self.backward_travel
 
 
@@ -47,9 +47,10 @@ def summarise_motion(
     sampling_time: float,
     noise: tuple[float, float],
 ) -> MotionSummary:
-    """Return what the motion of all stretches excites.
+    """Return the excitation of the motion of all stretches.
 
-    Positions are as measured, velocities smoothed; the noise is the standard deviation of both.
+    Positions are as measured, velocities smoothed; the noise is the standard deviation of both [m
+    or rad, m/s or rad/s].
     """
     x, v = np.concatenate(positions), np.concatenate(velocities)
     largest = float(np.max(np.abs(v)))
@@ -80,12 +81,12 @@ class Regression:
     regressor_noise: Float[np.ndarray, " p"]
     #: What the target is, ``"effort"``, ``"energy"`` or ``"position"``.
     quantity: Literal["effort", "energy", "position"]
-    motion: MotionSummary  #: What the log excites.
+    motion: MotionSummary  #: Excitation of the log.
     samples: int  #: Number of samples of the log that the rows were made from.
-    #: What a user should know about how the rows were made, one sentence each.
+    #: Notes for the user on the origin of the rows, one sentence each.
     notes: tuple[str, ...] = ()
-    #: Norm of the rows that the effort alone would make [SI], where the target holds only what
-    #: known masses leave of it; otherwise 0.
+    #: Norm of the rows of the effort alone [SI], if the target is that less the forces of known
+    #: masses; otherwise 0.
     effect: float = 0.0
     #: Whether the rows are known to bias the parameters by more than their intervals.
     biased: bool = False
@@ -93,10 +94,10 @@ class Regression:
     #: determined [-]; less than its default only where no filter has touched the motion.
     smallest_singular_ratio: float = SMALLEST_SINGULAR_RATIO
     resolution: float = RESOLUTION  #: Share of the target that the rows resolve [-].
-    #: Samples that the effort was found to act late; None where none was looked for.
+    #: Estimated delay of the effort [samples]; None if none was searched.
     effort_delay: int | None = None
-    #: By which the parameters may be off beyond their sampling error, as other data or models show
-    #: [SI], shape (k, p); None for nothing. They widen the intervals.
+    #: Deviations of the parameters beyond their sampling error, by other data or models [SI],
+    #: shape (k, p); None for none. They widen the intervals.
     shifts: Float[np.ndarray, "k p"] | None = None
     #: Differences to the parameters of other laws of friction that explain the rows as well [SI],
     #: shape (laws, p); None for none. The intervals contain those of all laws. Identifiability is
@@ -105,15 +106,15 @@ class Regression:
     #: Whether the intervals allow for a residual that is strongest where it is slowest, as under a
     #: drifting force (`robust_uncertainty`).
     slow_residual: bool = False
-    #: Correlation of the rows under white noise of the signal that they are means of; None where it
-    #: is not known. Variances that are smaller than under white noise are pooled with those.
+    #: Correlation of the rows under white noise of the signal that they are means of; None if it is
+    #: not known. Variances that are smaller than under white noise are pooled with those.
     overlap: Overlap | None = None
     #: Whether the intervals of all parameters hold together with 95 %, as they must after the terms
     #: were selected by the same data.
     simultaneous: bool = False
     #: The effort in each row [N or N m], shape (n,), where the shape of a term can be a parameter:
     #: the target then holds derivatives with respect to shapes as well, and a static friction or
-    #: Stribeck velocity next to nothing is no result. None if no shape is estimated.
+    #: Stribeck velocity close to zero is no result. None if no shape is estimated.
     effort: Float[np.ndarray, " n"] | None = None
     #: Number of the log that each row is from [-], shape (n,); None for one log.
     log: Int[np.ndarray, " n"] | None = None
@@ -122,7 +123,7 @@ class Regression:
 
     @property
     def scale(self) -> float:
-        """Norm that a residual is small against [SI]."""
+        """Norm that a residual is compared with [SI]."""
         if self.effort is not None:
             return float(np.linalg.norm(self.effort))
         return max(float(np.linalg.norm(self.target)), self.effect)

@@ -40,11 +40,11 @@ from stickslip.records import (
     unit_of,
 )
 
-_LEAST_ROWS_PER_PARAMETER = 3
+_LEAST_ROWS_PER_PARAMETER = 3  # with fewer, the variance of the residual is too uncertain [-]
 
 
 def check_excited(log: AxisLog) -> None:
-    """Refuse a log in which every effort is zero, or the position never changes."""
+    """Check that a log has effort and motion; if not, that is an InputError."""
     if not np.any(log.effort):
         raise InputError("no_effort", where=log.name, unit=log.unit("effort"), samples=len(log))
     if np.ptp(log.measured_position) == 0:
@@ -58,10 +58,10 @@ def check_excited(log: AxisLog) -> None:
 
 
 def long_stretches(log: AxisLog, least: int, *, decimation: int | None = None) -> list[AxisLog]:
-    """Return the stretches without gaps of at least so many samples that a filter can use.
+    """Return the stretches without gaps of at least ``least`` samples.
 
-    Refused is a log without one, or without a change of position or effort in them. A decimation by
-    a factor needs so many samples; None is none.
+    A log without such a stretch, or without motion or effort in them, is an InputError.
+    ``decimation`` is the factor that needs so many samples [-]; None for no decimation.
     """
     parts = [part for part in log.segments() if len(part) >= least]
     if not parts:
@@ -75,15 +75,15 @@ def long_stretches(log: AxisLog, least: int, *, decimation: int | None = None) -
             decimation=decimation,
         )
     moves = any(float(np.ptp(part.measured_position)) > 0.0 for part in parts)
-    pushes = any(np.any(part.effort) for part in parts)
-    if not (moves and pushes):
+    has_effort = any(np.any(part.effort) for part in parts)
+    if not (moves and has_effort):
         code = "no_effort_in_stretches" if moves else "no_motion_in_stretches"
         raise InputError(code, where=log.name, least=least, decimation=decimation)
     return parts
 
 
 def provenance_of(log: AxisLog, options: Mapping[str, Any]) -> Provenance:
-    """Return what produced a result from this log."""
+    """Return the provenance of a result from this log."""
     source = log.source
     return Provenance(
         stickslip_version=__version__,
@@ -99,9 +99,9 @@ def provenance_of(log: AxisLog, options: Mapping[str, Any]) -> Provenance:
 def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> FrictionEstimate:
     """Fit by least squares, with intervals, verdicts and diagnostics.
 
-    What the rows do not determine gets no value: directions of the parameter space below 1 % of the
-    strongest (or another share that the rows name) are left out of the fit (truncated singular
-    values) and the parameters that take part in them are reported as not identifiable.
+    Parameters that the rows do not determine get no value: directions of the parameter space below
+    1 % of the strongest (or another share that the rows state) are left out of the fit (truncated
+    singular values), and the parameters that take part in them are not identifiable.
     """
     regressors = regression.regressors
     n, p = regressors.shape
@@ -182,11 +182,11 @@ _POSITIVE = frozenset({"mass", "inertia", "stribeck_velocity"})
 """Parameters whose reported interval must exclude zero."""
 
 _NEVER_SMALL = frozenset({"static_friction", "stribeck_velocity"})
-"""Parameters of which next to nothing is no result, as the effort shows them in few rows."""
+"""Parameters for which a value close to zero is no result, as they act in few rows only."""
 
 LARGEST_EFFECT = 0.1
-"""Half of an interval, as its effect relative to the fitted signal [-], that is informative however
-small the value is: "viscous friction is next to nothing" is a result."""
+"""Effect of half of an interval relative to the fitted signal [-], up to which it is informative
+even for a value close to zero: "viscous friction is close to zero" is a result."""
 
 
 def withheld(
@@ -196,7 +196,8 @@ def withheld(
 
     An interval is informative if its half-width is less than the value, or if its effect is small
     beside the fitted signal; a mass, static friction or a Stribeck velocity must be larger than
-    its half-width. ``partly``: the log leaves combinations of parameters undetermined.
+    its half-width. ``partly`` is whether the log leaves combinations of parameters undetermined,
+    ``k`` the column, and value and half-width are in SI units.
     """
     name = regression.names[k]
     base = quantity_name(name)
@@ -228,8 +229,8 @@ class _Fit:
 def _fit(regression: Regression, found: Determined) -> _Fit:
     """Fit in the directions that are determined.
 
-    The classical standard deviations take the variance of the residual over n - 1, as the published
-    ones do.
+    The classical standard deviations have the variance of the residual over n - 1, like the
+    published ones.
     """
     p = regression.regressors.shape[1]
     values, covariance, classical = np.zeros(p), np.zeros((p, p)), np.zeros(p)

@@ -20,9 +20,9 @@ class ConsistencyTuning:
 
     error_rate: float = 0.01  #: Share of consistent sets of logs that are called inconsistent [-].
     smallest_difference: float = 0.02
-    """Of a parameter, relative to its value, that matters [-]: as exact as data sheets."""
+    """Relative difference of a parameter that matters [-]: data sheets are as exact."""
     smallest_share: float = 1e-3
-    """Of the effort of the log that a difference must explain to matter [-]: errors of a sampled
+    """Share of the log's effort that a difference must explain to matter [-]: errors of a sampled
     motion can be as large."""
     smallest_ratio: float = 0.01
     """Smallest over largest singular value of the columns with the difference, scaled to unit norm

@@ -1,7 +1,7 @@
 """Identification of a rigid axis from several logs, with one model for all of them."""
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import cast
 
@@ -83,12 +83,12 @@ class JointTuning:
 
     consistency: ConsistencyTuning = field(default_factory=ConsistencyTuning)
     smallest_level: float = 1e-3
-    """Of the residual of a log, relative to its effort [-]: errors of a sampled motion can be as
-    large, so that a simulated log without noise counts no more than that."""
+    """Smallest level of a log's residual over its effort [-]: errors of a sampled motion can be as
+    large. It limits the weight of a simulated log without noise."""
     level_change: float = 1.2
     """Change of the ratio of two levels after which the terms are selected again [-]."""
     fewest_rows: int = 12
-    """Windows of a log [-]: with fewer, the level of its residual is too uncertain."""
+    """Fewest windows of a log [-]: with fewer, the level of its residual is too uncertain."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +122,7 @@ class JointEstimator:
         Known delay of the effort by name of the log [s]; those of the other logs are estimated, if
         a log shows one.
     tuning
-        Of the method.
+        Tuning of the method.
 
     Raises
     ------
@@ -207,17 +207,7 @@ class JointEstimator:
         def rows_of(wide: Model) -> ModelRows:
             return joint_rows(_joint(wide), kind, rows.names)
 
-        unknown_delay = None
-        if DELAY not in model.names and not any(model.delay_known):
-            unknown_delay = of_unknown_delay(model, rows, tuning.intervals)
-        every = (
-            between_windows(model, rows, estimate, rows_of, tuning.intervals),
-            of_other_terms(model, rows, terms, tuning.search.largest_p_value, tuning.intervals),
-            unknown_delay,
-            of_unknown_asymmetry(model, rows, terms, tuning.intervals),
-            *consistency.shifts,
-        )
-        shifts = [shift for shift in every if shift is not None]
+        shifts = [*self._shifts(model, rows, estimate, terms, rows_of), *consistency.shifts]
         differences: dict[bool, list[str]] = {True: [], False: []}  # by whether they matter
         for each in consistency.deviations:
             differences[each.material].append(
@@ -232,22 +222,7 @@ class JointEstimator:
             estimate, regression = self._solved(
                 members, model, consistency.rows, notes, widened, law_shifts
             )
-        causes = [wrong, unsettled_delay(model, tuning.search)]
-        every_motion = _joint_motions(each.motions for each in members)
-        causes.append(within_presliding(model, estimate, self.single.include, every_motion))
-        for k, each in enumerate(members):
-            alone, plausibility = model.of_log(k), tuning.plausibility
-            own = (
-                implausible_units(each.log, each.motions, plausibility),
-                too_slow_sampling(each.log, each.motions, plausibility),
-                wrong_inertia(alone, kind, logs[0].unit(kind), plausibility)
-                or reversed_sign(alone, kind, plausibility),
-                unexplained_effort(
-                    each.log.log, each.motions, alone, model_rows(alone, kind), plausibility
-                ),
-            )
-            causes += [f"{each.name}: {cause}" for cause in own if cause]
-        causes += differences[True]
+        causes = [wrong, *self._causes(members, model, estimate), *differences[True]]
         estimate = replace(
             estimate,
             selection=self._selection(model, members),
@@ -260,6 +235,55 @@ class JointEstimator:
             inertia=model.inertia,
             model=model,
         )
+
+    def _shifts(
+        self,
+        model: JointModel,
+        rows: ModelRows,
+        estimate: FrictionEstimate,
+        terms: Sequence[Term],
+        rows_of: Callable[[Model], ModelRows],
+    ) -> list[Float[np.ndarray, " p"]]:
+        """Return deviations of the parameters beyond their sampling error [SI].
+
+        ``terms`` are those that were tried, ``rows_of`` returns the rows of a model.
+        """
+        tuning = self.single.tuning.intervals
+        unknown_delay = None
+        if DELAY not in model.names and not any(model.delay_known):
+            unknown_delay = of_unknown_delay(model, rows, tuning)
+        every = (
+            between_windows(model, rows, estimate, rows_of, tuning),
+            of_other_terms(model, rows, terms, self.single.tuning.search.largest_p_value, tuning),
+            unknown_delay,
+            of_unknown_asymmetry(model, rows, terms, tuning),
+        )
+        return [shift for shift in every if shift is not None]
+
+    def _causes(
+        self, members: Sequence[_Member], model: JointModel, estimate: FrictionEstimate
+    ) -> list[str]:
+        """Return the causes of a mismatch of all logs together, and of each log alone."""
+        tuning, log = self.single.tuning.plausibility, members[0].log.log
+        kind = mass_name(log.kind)
+        motions = _joint_motions(each.motions for each in members)
+        causes = [
+            unsettled_delay(model, self.single.tuning.search),
+            within_presliding(model, estimate, self.single.include, motions),
+        ]
+        for k, each in enumerate(members):
+            alone = model.of_log(k)
+            own = (
+                implausible_units(each.log, each.motions, tuning),
+                too_slow_sampling(each.log, each.motions, tuning),
+                wrong_inertia(alone, kind, log.unit(kind), tuning)
+                or reversed_sign(alone, kind, tuning),
+                unexplained_effort(
+                    each.log.log, each.motions, alone, model_rows(alone, kind), tuning
+                ),
+            )
+            causes += [f"{each.name}: {cause}" for cause in own if cause]
+        return causes
 
     def _with_dwell(
         self, members: Sequence[_Member], model: JointModel, estimate: FrictionEstimate
@@ -309,7 +333,7 @@ class JointEstimator:
         left_out = {*single.exclude, SATURATION}
         if all(start.delay_known):
             left_out.add(DELAY)
-        if not single.offset:  # which friction per direction would bring back
+        if not single.offset:  # friction per direction would contain one
             left_out.add(DIRECTION)
         parts = zip(start.rows.parts, members, strict=True)
         noisy = any(noisy_elasticity(rows, each.motions) for rows, each in parts)
@@ -423,7 +447,7 @@ class JointEstimator:
         return solve(regression, estimator=self.single.name, provenance=provenance), regression
 
     def _provenance(self, logs: Sequence[AxisLog]) -> Provenance:
-        """Return what produced the result, with what was assumed once for all logs if it agrees."""
+        """Return the provenance, with assumptions that all logs share stated once."""
         options = {**self.single.options(), "effort_delays": dict(self.delays)}
         every = [provenance_of(log, options) for log in logs]
         shared = [
@@ -500,7 +524,7 @@ def _listed(words: Sequence[str]) -> str:
 
 
 def _motion(members: Sequence[_Member], model: JointModel) -> MotionSummary:
-    """Return what the logs excite together."""
+    """Return the excitation of all logs together."""
     every = [
         motion_summary(each.log, each.motions, part.weight)
         for each, part in zip(members, model.rows.parts, strict=True)

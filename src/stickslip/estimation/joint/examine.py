@@ -1,4 +1,4 @@
-"""Everything a report of a joint fit draws."""
+"""Data of the report of a joint fit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -22,11 +22,11 @@ from stickslip.records import AxisLog, Identification
 def examine_jointly(
     logs: Sequence[AxisLog], estimator: JointEstimator, truth: Mapping[str, float] | None = None
 ) -> Identification:
-    """Fit several logs and compute all that the report shows.
+    """Fit several logs and compute the data of the report.
 
     The truth (parameter values by name [SI], of simulated logs) is only passed on. The result has
-    friction curve, energy balance and residuals, one log after another; they are left out where a
-    parameter is not identified. Raises as ``estimator.fit``.
+    friction curve, energy balance and residuals, one log after another, unless a parameter is not
+    identified. Raises as ``estimator.fit``.
     """
     fit = estimator.details(logs)
     estimate, model = fit.estimate, cast("JointModel", fit.model)

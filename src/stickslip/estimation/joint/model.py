@@ -86,10 +86,10 @@ class StackedRows(WindowRows):
 
 @dataclass(frozen=True, kw_only=True)
 class DifferenceTerm(Term):
-    """A parameter that one log has differently from the others.
+    """A difference of a parameter in one log from the others.
 
-    It competes with the terms in the search, so that a log of another axis is not explained by a
-    term. The final model does not contain it.
+    It competes with the terms in the search, so that no term is selected to explain a log of
+    another axis. The final model does not contain it.
     """
 
     log: int  # number of that log
@@ -97,7 +97,7 @@ class DifferenceTerm(Term):
 
 
 def difference_terms(logs: Sequence[str], *, inertia: bool) -> tuple[DifferenceTerm, ...]:
-    """Return the differences of viscous and Coulomb friction, and of inertia if it is sought."""
+    """Return the differences of viscous and Coulomb friction, and of an estimated inertia."""
     columns = ("velocity", "direction", *(("acceleration",) if inertia else ()))
     own = compared_logs(len(logs))
     return tuple(
@@ -124,7 +124,7 @@ class JointModel(Model):
     delay_known: tuple[bool, ...]  # whether the delay of each log was given
 
     def scaled(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-        """Return rows over the level of their log."""
+        """Return rows divided by the level of their log."""
         return (values.T / np.array(self.levels)[self.rows.log]).T
 
     def offset_columns(self) -> Float[np.ndarray, "n p"]:
@@ -160,7 +160,7 @@ class JointModel(Model):
     def stepped(self, largest_delay: float) -> tuple["JointModel", float]:
         """Return the model after a Gauss-Newton step of all delays, and the largest step [samples].
 
-        The delays stay within the largest, either way [s].
+        The size of the delays is at most ``largest_delay`` [s].
         """
         steps = np.zeros(len(self.logs))
         found = np.clip(self.coefficients(DELAY), -LARGEST_STEP, LARGEST_STEP)
@@ -191,7 +191,7 @@ class JointModel(Model):
 
     @property
     def begins(self) -> tuple[float, ...]:
-        """Time to add to that of each log, so that each begins where the one before ended [s]."""
+        """Shift of the time of each log [s], so that each begins at the end of the one before."""
         begins: list[float] = []
         end = 0.0
         for part in self.rows.parts:
@@ -236,7 +236,7 @@ def joint_rows(
 
     Common parameters come first. Those of a log have its name in brackets. Friction per direction
     contains the offset of the first log; the offsets of the others are relative to it. The named
-    shapes are added as parameters, None for those that the logs determine.
+    shapes are parameters too; None for those that the logs determine.
     """
     bent = next((name for name in ("stribeck", "low speed") if name in model.names), None)
     excess = None if bent is None else float(model.coefficients(bent)[0])

@@ -42,26 +42,28 @@ class DwellTuning:
     """Deviation from the position of rest, in standard deviations of the position [-], within which
     the axis may be at rest: noise exceeds it in one of two million samples."""
     before: int = 30
-    """Samples before the axis is seen to move in which the breakaway may lie; as many before these
-    give the place of rest, so that a rest has twice as many. A mass moves by `rest_deviations` in
-    10 samples of 1 ms where friction drops by 20 % of the effort."""
+    """Samples before the first detected motion that may contain the breakaway [-]. The mean of as
+    many samples before them is the position of rest, so that a rest has twice as many. A mass moves
+    by `rest_deviations` in 10 samples of 1 ms if friction drops by 20 % of the effort."""
     after: int = 8
-    """Samples of the motion that time the breakaway: friction and effort change little in them."""
-    trials: int = 4  #: Instants tried a sample; the uncertainty is larger than their distance.
+    """Samples of the motion in the fit of the breakaway's instant [-]: friction and effort change
+    little in them."""
+    trials: int = 4
+    """Instants that are tried in a sample [-]; the uncertainty is larger than their distance."""
     slow_power: float = 4.0
-    """Power of the time with which the axis moves as friction falls slowly [-]; the difference to
+    """Power of the time with which the axis moves if friction falls slowly [-]. The difference to
     friction that falls at once widens the interval of the breakaway friction."""
     half_width: int = 5
-    """Half of the window of the effort around the breakaway [samples], within which the effort is
-    a straight line."""
+    """Half of the window of the effort around the breakaway [samples]: the effort is a straight
+    line in it."""
     largest_step: float = 6.0
     """Largest step of the effort around the breakaway over the median one, or over the resolution
-    [-]: beyond it the effort jumps, and the level within the jump is not known. Noise makes it 3 to
-    4."""
-    fewest: int = 6  #: Breakaways for a test [-].
+    [-]: beyond it the effort jumps, and the level within the jump is not known. With noise the
+    ratio is 3 to 4."""
+    fewest: int = 6  #: Fewest breakaways for a test [-].
     least_spread: float = 2.0
-    """Second longest over second shortest dwell time for a test [-]: one rest alone shows no
-    growth."""
+    """Least ratio of the second longest to the second shortest dwell time for a test [-]: one rest
+    alone shows no growth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +109,7 @@ def breakaways(
     """Return the breakaways that the sampling resolves, in the order of the rests.
 
     ``power`` is that of the time with which the axis moves as friction falls [-]: 2 if it falls at
-    once. Returned are those with a standard deviation above zero.
+    once. All have a standard deviation above zero.
     """
     every: list[Breakaway] = []
     for rest in rests:
@@ -137,7 +139,7 @@ def breakaways(
     return every
 
 
-_ROUNDING = 1e-9  # of the largest step: smaller ones are rounding of numbers
+_ROUNDING = 1e-9  # over the largest step [-]: smaller steps are rounding of numbers
 
 
 def rests_of(own: RestedLog, tuning: DwellTuning) -> Iterator[Rest]:
@@ -171,8 +173,8 @@ def _instant(
 
     The position follows x_0 + (u'/m) t^3 / 6 + b t^p from the breakaway on, in the direction of the
     motion: the rise of the effort, and friction that falls at once (p = 2) or as the speed grows
-    (p > 2). Where the noise is small enough to show that this does not hold, the breakaway is in
-    the sample before the axis is seen to move.
+    (p > 2). If the residual shows that this does not hold, the breakaway is in the sample before
+    the first detected motion.
     """
     first, onset, last = rest.stop - 2 * tuning.before, rest.stop - 1, rest.stop + tuning.after
     if last > motion.time.size:
@@ -245,7 +247,7 @@ class _Line:
 def _growth(found: Sequence[Breakaway]) -> tuple[_Line, float, float, float]:
     """Return the line through the levels, its p-value, and gain and gain's std beyond a constant.
 
-    All levels have a scatter in common besides their noise, by the method of moments (R.
+    Besides their noise, all levels have a common scatter, estimated by the method of moments (R.
     DerSimonian and N. Laird 1986, "Meta-analysis in clinical trials", Controlled Clinical Trials
     7).
     """
@@ -278,8 +280,8 @@ def with_dwell(
     """Add the breakaway friction and its growth to an estimate, if the growth is significant.
 
     A known ``inertia`` is used in place of the estimated one; ``include`` adds the term without a
-    test. Returns the estimate and the score of the term; None, with a note if the term was to be
-    included, if the logs have no breakaways to test it with.
+    test. Returns the estimate and the score of the term. If the logs have no breakaways to test it
+    with, the score is None; a note states the reason if the term was to be included.
     """
     if not all(each.identified for name, each in estimate.parameters.items() if _at_rest(name)):
         return _without_dwell(estimate, "a parameter is not identified", include=include), None
@@ -315,16 +317,26 @@ def with_dwell(
         reason = "too few breakaways are resolved if friction falls slowly"
         return _without_dwell(estimate, reason, include=include), None
     slow, *_ = _growth(slowly)
-    first = logs[0].estimate
-    known = first.selection
-    time, place = (0.0, 0.0) if known is None else (known.reference_time, known.reference_position)
-    at_rest = [effort_at_rest(first, time, place, way) for way in (1.0, -1.0)]
     # All levels shift alike
     shift = np.diag([float(slow.values[0] - line.values[0]) ** 2, 0.0])
     line = replace(line, covariance=line.covariance + shift)
+    return _with_breakaway(estimate, logs[0].estimate, line, dwell), score
+
+
+def _with_breakaway(
+    estimate: FrictionEstimate, first: FrictionEstimate, line: _Line, dwell: Sequence[float]
+) -> FrictionEstimate:
+    """Return an estimate with the parameters of the line through the levels.
+
+    The levels are over the effort at rest of the estimate ``first``; ``dwell`` are the dwell times
+    in increasing order [s].
+    """
+    known = first.selection
+    time, place = (0.0, 0.0) if known is None else (known.reference_time, known.reference_position)
+    at_rest = [effort_at_rest(first, time, place, way) for way in (1.0, -1.0)]
     values = line.values + np.array([0.5 * (at_rest[0] - at_rest[1]), 0.0])
     stds = np.sqrt(np.diag(line.covariance))
-    quantile = -float(stdtrit(len(every) - 2, 0.025))
+    quantile = -float(stdtrit(len(dwell) - 2, 0.025))
     added = {
         name: ParameterEstimate(
             name=name,
@@ -337,16 +349,15 @@ def with_dwell(
             ("breakaway_friction", "breakaway_growth"), values.tolist(), stds.tolist(), strict=True
         )
     }
-    reason = f"{len(every)} rests of {dwell[0]:.2g} to {dwell[-1]:.2g} s determine it"
+    reason = f"{len(dwell)} rests of {dwell[0]:.2g} to {dwell[-1]:.2g} s determine it"
     verdicts = [Verdict(parameter=name, identifiable=True, reason=reason) for name in added]
     diagnostics = estimate.diagnostics
-    found = replace(
+    return replace(
         estimate,
         parameters={**estimate.parameters, **added},
         covariance=block_diag(estimate.covariance, line.covariance),
         diagnostics=replace(diagnostics, verdicts=(*diagnostics.verdicts, *verdicts)),
     )
-    return found, score
 
 
 def _at_rest(name: str) -> bool:

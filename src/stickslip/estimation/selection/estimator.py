@@ -1,6 +1,6 @@
 """Identification of a rigid axis with the model that its log supports."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -105,17 +105,18 @@ class SelectionTuning:
     Attributes
     ----------
     motion, search, saturation, rival, dwell, intervals, change, plausibility
-        Of the stages.
+        Tuning of the stages.
     effort_kind_gain
-        Relative decrease of the residual for which an effort with uneven time stamps is taken for
-        sampled or a mean, and not for held [-]. On public logs it is 11 to 31 % where the kind is
-        another one, and below 6 % elsewhere.
+        Relative decrease of the residual for which an effort with uneven time stamps is taken as
+        sampled or a mean, and not as held [-]. On public logs it is 11 to 31 % if the kind is
+        another one, and below 6 % otherwise.
     fewest_samples
-        In half a window [-], below which it matters between even time stamps whether an effort is
-        held. The two kinds differ by (omega T)^2 / 24 at the angular frequency omega.
+        Samples in half a window [-], below which it matters with even time stamps whether an effort
+        is held. At the angular frequency omega a sampled effort differs from it by
+        (omega T)^2 / 24, and a mean by (omega T)^2 / 12.
     kind_delay
         Largest difference [samples] of the delay of a held effort from minus half a sample, which a
-        sampled one has, or from minus one, which a mean has.
+        sampled one has if it is taken as held, or from minus one, which a mean has.
     """
 
     motion: MotionTuning = field(default_factory=MotionTuning)
@@ -131,9 +132,8 @@ class SelectionTuning:
     kind_delay: float = 0.25
 
 
-_LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
+_LARGEST_DELAY = 1.0  # s, of a given delay of the effort: a larger one is an error of the columns
 _TINY = np.finfo(float).tiny
-_EXACT = 1e-9  # share below which a column is a combination of others
 _UNKNOWN_DELAY = (
     "this log does not show whether the effort acts within a sample of its time stamp, which "
     "widens the intervals; give the delay if it is known, or log the effort as often as it changes"
@@ -145,13 +145,13 @@ class SelectedModelEstimator:
     """Least squares of the effort over windows of slip, with the terms that the log supports.
 
     The force balance is taken in its weak form (`stickslip.estimation.weak_form.windows`), so that
-    noise of the logged effort costs variance and no bias, and whatever a window must not contain
-    (reversals, rests, gaps, clipped samples) is left out exactly. Terms beyond inertia, viscous and
-    Coulomb friction and offset are added one by one as long as they are significant under
-    correlated residuals and predict moves left out of the fit better, by more than one standard
-    error. The delay of the effort is one of them. Intervals allow for correlated residuals, for
-    terms that are nearly significant, for another law of viscous friction that explains the log as
-    well, and for differences between frequency bands.
+    noise of the logged effort costs variance and no bias, and reversals, rests, gaps and clipped
+    samples are left out exactly. Terms beyond inertia, viscous and Coulomb friction and offset are
+    added one by one as long as they are significant under correlated residuals and predict moves
+    left out of the fit better, by more than one standard error. The delay of the effort is one of
+    them. Intervals allow for correlated residuals, for terms that are nearly significant, for
+    another law of viscous friction that explains the log as well, and for differences between
+    frequency bands.
 
     Attributes
     ----------
@@ -169,12 +169,13 @@ class SelectedModelEstimator:
         log shows one.
     effort_kind
         What a logged effort is: ``"held"`` from its time stamp to the next, ``"sampled"`` at its
-        time stamp, or the ``"mean"`` since the time stamp before. None takes it for that which
-        explains most if the time stamps are uneven. Between even ones the delay of the effort makes
-        up for the difference, and it is held; with few samples in a window it is sampled if a held
-        one would act half a sample early, and a mean if it would act a sample early.
+        time stamp, or the ``"mean"`` since the time stamp before. With uneven time stamps, None
+        takes the kind that explains most. With even ones the delay of the effort contains the
+        difference, and the effort is held; with few samples in a window it is sampled if a held
+        effort would act half a sample before its time stamp, and a mean if it would act a sample
+        before.
     tuning
-        Of the method.
+        Tuning of the method.
 
     Raises
     ------
@@ -246,7 +247,7 @@ class SelectedModelEstimator:
         Raises
         ------
         InputError
-            If nothing moves or pushes in the log, or it is too short for any window.
+            If the log has no motion or no effort, or it is too short for any window.
         """
         return self.details(log).estimate
 
@@ -276,7 +277,7 @@ class SelectedModelEstimator:
         Raises
         ------
         InputError
-            If nothing moves or pushes in the log, or it is too short for any window.
+            If the log has no motion or no effort, or it is too short for any window.
         """
         check_excited(log)
         held = prepare(log, effort_kind=self.effort_kind or "held")
@@ -304,9 +305,9 @@ class SelectedModelEstimator:
         return replace(best, notes=(*best.notes, note))
 
     def _of_kind_by_delay(self, log: AxisLog, held: PreparedLog) -> PreparedLog:
-        """Return a log with even time stamps, its effort of the kind that the delay shows.
+        """Return a log with even time stamps, its effort of the kind that its delay shows.
 
-        Held to the next time stamp, a sampled effort acts half a sample early, and a mean a sample.
+        Taken as held, a sampled effort acts half a sample before its time stamp, and a mean one.
         """
         T, fewest = held.sampling_time, self.tuning.fewest_samples
         shortest = round(self.tuning.search.shortest_window / T)
@@ -330,7 +331,7 @@ class SelectedModelEstimator:
         return replace(found, notes=(*found.notes, note))
 
     def _residual(self, log: PreparedLog) -> float:
-        """Return the share of the effort that a model with a delay and no further terms leaves."""
+        """Return the unexplained share of the effort [-], with a delay and no further terms."""
         model = self._with_delay(log, slip_motions(log, self.tuning.motion))
         return model.residual_share() if testable(model) else np.inf
 
@@ -340,7 +341,7 @@ class SelectedModelEstimator:
         return replace(self, include=delay, select=False)._selected(log, motions)[0]
 
     def fit_prepared(self, log: PreparedLog) -> Fit:
-        """Return the estimate from a log that is prepared already, with its rows.
+        """Return the estimate from a prepared log, with its rows.
 
         Parameters
         ----------
@@ -385,30 +386,14 @@ class SelectedModelEstimator:
             return with_shapes(model_rows(other, kind), other, rows.names)
 
         estimate, regression = self._solved(log, motions, model, rows, notes)
-        unknown_delay = None
-        if self.effort_delay is None:
-            unknown_delay = of_unknown_delay(model, rows, self.tuning.intervals)
-        if unknown_delay is not None:
-            stds = np.array([estimate.parameters[name].std or np.inf for name in rows.names])
-            if np.any(np.abs(unknown_delay) > stds):
-                notes.append(_UNKNOWN_DELAY)
-        every = (
-            between_windows(model, rows, estimate, rows_of, self.tuning.intervals),
-            of_other_terms(
-                model, rows, terms, self.tuning.search.largest_p_value, self.tuning.intervals
-            ),
-            unknown_delay,
-            of_unknown_asymmetry(model, rows, terms, self.tuning.intervals),
-            *between_moves(model, rows, estimate, self.tuning.intervals),
-        )
-        shifts = [shift for shift in every if shift is not None]
+        shifts, found = self._shifts(model, rows, estimate, terms, rows_of)
+        notes += found
         law_shifts = None
         if terms:
             law_shifts = rival_shifts(rows, rivals, [rows_of(rival.model) for rival in rivals])
-        if shifts or law_shifts is not None:
-            widened = np.array(shifts) if shifts else None
+        if shifts is not None or law_shifts is not None:
             estimate, regression = self._solved(
-                log, motions, model, rows, notes, widened, law_shifts
+                log, motions, model, rows, notes, shifts, law_shifts
             )
         causes.append(within_presliding(model, estimate, self.include, motions))
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
@@ -419,22 +404,67 @@ class SelectedModelEstimator:
         causes.append(wrong_model(model, self.tuning.plausibility))
         causes.append(sudden_change(model, self.tuning.change))
         estimate = self._with_selection(log, motions, model, estimate)
-        if estimate.status is Status.UNPHYSICAL:
-            reverse = reversed_sign(model, kind, self.tuning.plausibility)
-            estimate = judged(estimate, [reverse] if reverse else [], Status.UNPHYSICAL)
-        estimate = judged(estimate, [cause for cause in causes if cause])
-        if not estimate.status.trusted:
-            unsigned = unsigned_effort(log.log, driven, self.tuning.plausibility)
-            estimate = judged(estimate, [unsigned] if unsigned else [], estimate.status)
-        short = untested(model) if self.select else ""
-        if short and estimate.status.usable:
-            estimate = judged(estimate, [short], Status.INSUFFICIENT_EXCITATION)
         return Fit(
-            estimate=estimate,
+            estimate=self._with_status(estimate, log.log, driven, model, causes),
             rows=regression,
             inertia=model.inertia,
             model=model,
         )
+
+    def _shifts(
+        self,
+        model: Model,
+        rows: ModelRows,
+        estimate: FrictionEstimate,
+        terms: Sequence[Term],
+        rows_of: Callable[[Model], ModelRows],
+    ) -> tuple[Float[np.ndarray, "k p"] | None, list[str]]:
+        """Return deviations of the parameters beyond their sampling error [SI], and notes.
+
+        None if there are no deviations. ``terms`` are those that were tried, ``rows_of`` returns
+        the rows of a model.
+        """
+        tuning, notes = self.tuning.intervals, list[str]()
+        unknown_delay = None
+        if self.effort_delay is None:
+            unknown_delay = of_unknown_delay(model, rows, tuning)
+        if unknown_delay is not None:
+            stds = np.array([estimate.parameters[name].std or np.inf for name in rows.names])
+            notes += [_UNKNOWN_DELAY] if np.any(np.abs(unknown_delay) > stds) else []
+        every = (
+            between_windows(model, rows, estimate, rows_of, tuning),
+            of_other_terms(model, rows, terms, self.tuning.search.largest_p_value, tuning),
+            unknown_delay,
+            of_unknown_asymmetry(model, rows, terms, tuning),
+            *between_moves(model, rows, estimate, tuning),
+        )
+        shifts = [shift for shift in every if shift is not None]
+        return np.array(shifts) if shifts else None, notes
+
+    def _with_status(
+        self,
+        estimate: FrictionEstimate,
+        log: AxisLog,
+        driven: SlipMotions,
+        model: Model,
+        causes: Sequence[str],
+    ) -> FrictionEstimate:
+        """Return the estimate with the status that the causes of a mismatch give it.
+
+        ``driven`` is the motion with the samples in which the drive saturates.
+        """
+        tuning = self.tuning.plausibility
+        if estimate.status is Status.UNPHYSICAL:
+            reverse = reversed_sign(model, mass_name(log.kind), tuning)
+            estimate = judged(estimate, [reverse] if reverse else [], Status.UNPHYSICAL)
+        estimate = judged(estimate, [cause for cause in causes if cause])
+        if not estimate.status.trusted:
+            unsigned = unsigned_effort(log, driven, tuning)
+            estimate = judged(estimate, [unsigned] if unsigned else [], estimate.status)
+        short = untested(model) if self.select else ""
+        if short and estimate.status.usable:
+            estimate = judged(estimate, [short], Status.INSUFFICIENT_EXCITATION)
+        return estimate
 
     def _with_selection(
         self, log: PreparedLog, motions: SlipMotions, model: Model, estimate: FrictionEstimate
@@ -518,9 +548,9 @@ class SelectedModelEstimator:
         left_out = {*self.exclude, *(() if saturation else (SATURATION,))}
         if self.effort_delay is not None:
             left_out.add(DELAY)
-        if not self.offset:  # which friction per direction would bring back
+        if not self.offset:  # friction per direction would contain one
             left_out.add(DIRECTION)
-        # A wrong inertia would look like an elastic drive
+        # A wrong inertia has a similar column as an elastic drive
         if self.inertia is not None or noisy_elasticity(model.rows, motions):
             left_out.add(ELASTIC)
         offered = [term for term in terms if term.name not in left_out]
@@ -533,8 +563,8 @@ class SelectedModelEstimator:
 
         best = found(model, self.include)
         sought = DELAY in self.include or (self.select and DELAY not in left_out)
-        if sought and (late := scanned_delay(model, best, tuning)):
-            best = found(model.shifted(late), tuple(dict.fromkeys((DELAY, *self.include))))
+        if sought and (delay := scanned_delay(model, best, tuning)):
+            best = found(model.shifted(delay), tuple(dict.fromkeys((DELAY, *self.include))))
         if DELAY not in self.include and abs(best.rows.delay) * T < best.elastic_lag:
             offered = [term for term in offered if term.name != DELAY]
             if DELAY in best.names:

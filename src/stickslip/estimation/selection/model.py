@@ -19,7 +19,7 @@ _ROWS_PER_COLUMN = 3
 _ELASTIC_DAMPING = 0.2
 """Twice the largest damping ratio of an elastic drive, its friction included [-]."""
 
-LARGEST_STEP = 3.0  #: Of a delay [samples], within which the effort is nearly linear in it.
+LARGEST_STEP = 3.0  #: Largest step of a delay [samples]: the effort is nearly linear in it there.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class Model:
     viscous: bool = True  #: Whether friction has a part that is proportional to the speed.
     #: Terms and their shapes, in the order of their selection.
     chosen: tuple[tuple[Term, Shape], ...] = ()
-    scores: tuple[TermScore, ...] = ()  #: Of every term that was looked at.
+    scores: tuple[TermScore, ...] = ()  #: Score of every term that was tested.
     settled: bool = True  #: Whether the delay of the effort was found within its bounds.
     origin: float = 0.0  #: Position at which a ripple has the phase zero [m or rad].
 
@@ -46,7 +46,7 @@ class Model:
         return values
 
     def target(self) -> Float[np.ndarray, " n"]:
-        """Return the effort, without those of a model and of a known inertia [N or N m]."""
+        """Return the effort less that of a model and of a known inertia [N or N m]."""
         effort = self.rows.own_effort
         if self.inertia is not None:
             effort = effort - self.inertia * self.rows.acceleration
@@ -65,7 +65,7 @@ class Model:
         return self.scaled(np.column_stack(columns))
 
     def offset_columns(self) -> Float[np.ndarray, "n p"]:
-        """Return the columns of what is constant."""
+        """Return the columns of the constant efforts."""
         return np.ones((self.rows.size, 1))
 
     def term_columns(self, term: Term, shape: Shape) -> Float[np.ndarray, "n p"]:
@@ -80,8 +80,8 @@ class Model:
     def effort_slope(self) -> Float[np.ndarray, " n"]:
         """Return the change of the effort in a sample as the model predicts it [N or N m].
 
-        The slope of the logged effort would be that of its noise above all: a noisy regressor,
-        which attenuates the delay and narrows its interval.
+        The slope of the logged effort consists mostly of noise. As a regressor it would attenuate
+        the delay and narrow its interval.
         """
         chosen = tuple(pair for pair in self.chosen if pair[0].name != DELAY)
         plain = replace(self, chosen=chosen)
@@ -108,7 +108,7 @@ class Model:
         return float(values[at + 1]), float(values[at])
 
     def residual_share(self) -> float:
-        """Return the share of the effort that the model leaves, in rms [-]."""
+        """Return the unexplained share of the effort, in rms [-]."""
         columns, target = self.columns(), self.target()
         rest = target - columns @ least_squares(columns, target)
         size = max(float(np.linalg.norm(self.rows.effort)), np.finfo(float).tiny)
@@ -127,9 +127,9 @@ class Model:
 
     @property
     def elastic_lag(self) -> float:
-        """Delay of the effort that the damping of an elastic drive looks like at most [s].
+        """Largest delay of the effort that the damping of an elastic drive can explain [s].
 
-        The time over that of its resonance, 1 / omega, is twice the damping ratio.
+        Relative to 1 / omega of its resonance it is twice the damping ratio.
         """
         if ELASTIC not in self.names:
             return 0.0
@@ -147,7 +147,7 @@ class Model:
 
     @property
     def delays(self) -> Float[np.ndarray, " k"]:
-        """Delays of the effort that a term of the model stands for [samples]."""
+        """Delays of the effort that the model estimates [samples]."""
         return np.array([self.rows.delay])
 
     def with_delays(self, delays: Float[np.ndarray, " k"]) -> "Model":
@@ -160,7 +160,7 @@ class Model:
         Parameters
         ----------
         largest_delay
-            Of the effort, either way [s].
+            Largest delay of the effort, positive or negative [s].
         """
         most = largest_delay / self.rows.weight.sampling_time
         step = float(np.clip(self.coefficients(DELAY)[0], -LARGEST_STEP, LARGEST_STEP))
@@ -169,7 +169,7 @@ class Model:
         return self.shifted(delay), max(abs(step), abs(delay - self.rows.delay))
 
     def basis(self) -> Basis:
-        """Return the columns in orthonormal coordinates, with what they leave of the target."""
+        """Return the columns in orthonormal coordinates, with the residual of the target."""
         return Basis.of(self.columns(), self.target(), self.rows.log)
 
 
@@ -181,7 +181,7 @@ DELAY_TERM = Term(
 
 
 def testable(model: Model) -> bool:
-    """Return whether there are rows enough to test for a further term."""
+    """Return whether there are enough rows to test a further term."""
     return model.rows.size >= _ROWS_PER_COLUMN * model.columns().shape[1]
 
 

@@ -22,8 +22,6 @@ from stickslip.estimation.weak_form.rows import Column
 from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import quantity_name
 
-_STEP = 1e-3  # relative, of a shape's value for its derivative
-
 
 @dataclass(frozen=True, kw_only=True)
 class ModelRows:
@@ -66,8 +64,8 @@ class ModelRows:
     ) -> Regression:
         """Return the rows with what is known about their noise.
 
-        ``shifts`` are what the parameters may be off beyond their sampling error [SI],
-        ``law_shifts`` the differences to those of other laws that explain the log as well [SI].
+        ``shifts`` are deviations of the parameters beyond their sampling error [SI], ``law_shifts``
+        their differences to those of other laws that explain the log as well [SI].
         """
         return Regression(
             kind=log.log.kind,
@@ -90,7 +88,7 @@ class ModelRows:
 
 
 def motion_summary(log: PreparedLog, motions: SlipMotions, weight: Weight) -> MotionSummary:
-    """Return what the motion of a log excites.
+    """Return how well the motion of a log excites the parameters.
 
     Velocities are smoothed over windows of the weight.
     """
@@ -123,9 +121,9 @@ def model_rows(model: Model, inertia_name: str, excess: float | None = None) -> 
 
     A direction of its own has its own Coulomb and viscous friction, with the offset in them. A
     Stribeck effect has static friction f_s besides Coulomb friction f_c:
-    ``(1 - g) f_c + g f_s`` with ``g = exp(-(v / v_s)^2)``. What enters a column nonlinearly (the
-    delay, v_s, the velocity of the friction of low speeds) gets a column of its own, the derivative
-    at the estimate.
+    ``(1 - g) f_c + g f_s`` with ``g = exp(-(v / v_s)^2)``. A parameter that enters a column
+    nonlinearly (the delay, v_s, the velocity of the friction of low speeds) gets a column of its
+    own, the derivative at the estimate.
 
     ``excess`` is static over Coulomb friction, f_s - f_c, or the friction of low speeds [N or N m];
     None for that of the fit.
@@ -237,7 +235,10 @@ def nuisance(names: Sequence[str], model: Model, include: Sequence[str]) -> froz
     return frozenset(n for n in names if quantity_name(n) not in _BASE | requested)
 
 
-_LEAST_DEVIATIONS = 3.0  # of a shape: nearer to zero its derivative is not constant
+_LEAST_DEVIATIONS = 3.0
+"""Shape over its standard deviation [-], below which the derivative at the estimate does not hold
+over the interval."""
+
 _LEAST_RATIO = SearchTuning.smallest_ratio  # as for a term
 
 

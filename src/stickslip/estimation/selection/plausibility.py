@@ -1,4 +1,7 @@
-"""Plausibility of the units, the sampling and the known inertia of a log."""
+"""Plausibility of a log: its units, sampling and signs, and the values that are given with it.
+
+Each check returns a sentence with cause, size and remedy, or an empty text.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +23,7 @@ from stickslip.records import AxisKind, AxisLog, FrictionEstimate, count_of, qua
 
 @dataclass(frozen=True, kw_only=True)
 class PlausibilityTuning:
-    """Bounds beyond which a log is taken to be something else than it is declared to be."""
+    """Bounds beyond which a log is not what it is declared to be."""
 
     largest_speed: float = 10.0
     """Speed of a linear axis [m/s]: the fastest linear motors reach it."""
@@ -37,48 +40,50 @@ class PlausibilityTuning:
     at 40 samples, within 3 %."""
     fastest_sampling: float = 2e-3  #: Sampling time [s] below which short moves are noise.
     largest_inertia_error: float = 0.02
-    """Of a given inertia, beyond which it is reported [-]: data sheets are as exact."""
+    """Relative error of a given inertia beyond which it is reported [-]: data sheets are as
+    exact."""
     largest_delay_error: float = 1.0
-    """Of a given delay of the effort, beyond which it is reported [samples]."""
-    largest_p_value: float = 1e-3  #: Of these errors.
+    """Error of a given delay of the effort beyond which it is reported [samples]."""
+    largest_p_value: float = 1e-3  #: p-value below which such an error is significant [-].
     slowest_sampling: float = 0.2
     """Sampling time from which moves of a positioning axis fit between two samples [s]."""
     least_deviations: float = 5.0
-    """Standard deviations by which an inertia must be negative to be called so [-]."""
+    """Standard deviations by which an inertia must be below zero to count as negative [-]."""
     largest_model_error: float = 0.3
-    """Relative error of the effort of a model [-], beyond which it is that of another machine, if
+    """Relative error of the effort of a model [-] beyond which it is that of another machine, if
     the error is also `largest_residual` of the other effort: masses are known to 10 %."""
     largest_residual: float = 0.25
-    """Share of the effort that no term and no noise explains [-], beyond which the model is not
-    what moves the axis."""
+    """Share of the effort that no term and no noise explains [-], beyond which the model does not
+    describe the axis."""
     fewest_levels: int = 10
-    """Distinct efforts: fewer may be exact ones, between which a drive switches. Fewer than 10
+    """Distinct efforts [-]: fewer may be exact ones, between which a drive switches. Fewer than 10
     rounded ones have steps that are coarse beside friction."""
     least_rounding: float = 0.2
     """Residual of few efforts over their rounding error [-], from which they are rounded: most
-    models leave half of it for rounded efforts, and next to nothing for exact ones."""
+    models leave half of it for rounded efforts, and much less for exact ones."""
     most_levels: int = 2000
-    """Distinct efforts: steps of more of them are small."""
+    """Distinct efforts [-] above which their steps are small."""
     largest_step: float = 0.15
-    """Of the effort over Coulomb friction [-], from which rounding may turn viscous friction."""
+    """Step of the effort over Coulomb friction [-], above which rounding may change the sign of
+    viscous friction."""
     least_rise: float = 0.5  #: The same over the largest viscous friction [-].
     dithered: float = 0.5
     """Noise of the effort over its step [-], above which rounding errors are noise."""
     unsigned_level: float = 0.05
-    """Of the largest effort [-], below which an effort is next to zero."""
+    """Share of the largest effort [-] below which an effort counts as zero."""
     unsigned_share: float = 0.001
-    """Of the samples that are [-], from which an effort goes to zero and not there by chance."""
+    """Share of such samples [-] from which the effort reaches zero by more than chance."""
     largest_jitter: float = 0.15
-    """Of the time stamps [-], from which it may be their errors that leave the effort unexplained:
-    a bus or an operating system delays them by less."""
+    """Jitter of the time stamps [-] from which their errors may leave the effort unexplained: a bus
+    or an operating system delays them by less."""
 
 
 ROUNDING = float(np.sqrt(12.0))  #: Step over the standard deviation of its rounding error [-].
-_LATTICE = 1e-5  # relative, to which readings of an encoder are multiples of its step
-_FEWEST_BITS = 9
-_MOST_BITS = 32
-_TURN = 0.02  # relative, of the period of an angle in rad
-_TURN_OR_DEGREES = 10.0  # units
+_LATTICE = 1e-5  # relative error to which readings of an encoder are multiples of its step [-]
+_FEWEST_BITS = 9  # of an encoder in a turn, the coarsest that is considered
+_MOST_BITS = 32  # of an encoder in a turn, the finest that is considered
+_TURN = 0.02  # relative error up to which a period is that of an angle in a unit [-]
+_TURN_OR_DEGREES = 10.0  # units: an angle that wraps below is in turns, above in degrees
 _CONVERTED = {
     "mm": "convert it, for instance --position '1e-3 * COLUMN'",
     "deg": "convert it, for instance --position 'COLUMN * pi / 180'",
@@ -86,7 +91,7 @@ _CONVERTED = {
 
 
 def implausible_time(log: PreparedLog, tuning: PlausibilityTuning) -> str:
-    """Return why the time cannot be in seconds; empty if it can."""
+    """Return a sentence if the time cannot be in seconds; empty if it can."""
     T = log.sampling_time
     if tuning.slowest_sampling <= T:
         return (
@@ -97,10 +102,10 @@ def implausible_time(log: PreparedLog, tuning: PlausibilityTuning) -> str:
 
 
 def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
-    """Return why the position cannot be in the unit that it is declared in; empty if it can.
+    """Return a sentence if the position cannot be in its declared unit; empty if it can.
 
-    A stage that moves at 100 m/s moves at 100 mm/s. An encoder whose turn of 360 units has exactly
-    2^n steps counts degrees.
+    A linear axis that seems to move at 100 m/s is logged in mm. An encoder with exactly 2^n steps
+    in 360 units counts degrees.
     """
     speed = motions.top_speed
     moving = motions.moving(lambda m: m.position)
@@ -135,7 +140,7 @@ def _states_unit(log: AxisLog) -> bool:
 
 
 def ripple_of_degrees(model: Model, kind: AxisKind) -> str:
-    """Return that a ripple repeats every 360 units of a rotary axis; empty if it does not.
+    """Return a sentence if a ripple of a rotary axis repeats every 360 units; empty otherwise.
 
     A force that repeats with the turn repeats every 2 pi rad, and every 360 of an angle in degrees.
     """
@@ -149,9 +154,9 @@ def ripple_of_degrees(model: Model, kind: AxisKind) -> str:
 
 
 def wrong_delay(model: Model, given: float | None, tuning: PlausibilityTuning) -> str:
-    """Return that a given delay of the effort disagrees with the log; empty if it does not.
+    """Return a sentence if a given delay of the effort disagrees with the log; empty otherwise.
 
-    ``given`` is the time by which the effort is said to act later than it is logged [s].
+    ``given`` is the stated time by which the effort acts later than it is logged [s].
     """
     if given is None or not testable(model):
         return ""
@@ -191,7 +196,7 @@ def _counts_degrees(log: PreparedLog) -> bool:
 def _common_step(steps: Float[np.ndarray, " n"]) -> float:
     """Return the step that all differences of readings are multiples of; 0 if there is none."""
     step = float(np.min(steps))
-    near = steps < 1e3 * step  # where rounding of the step leaves the counts apart
+    near = steps < 1e3 * step  # over more steps, its rounding error reaches a count
     counts = np.rint(steps[near] / step)
     step = float(np.sum(steps[near]) / np.sum(counts))
     off = np.abs(steps[near] / step - counts)
@@ -209,7 +214,7 @@ def _is_count(counts: float) -> bool:
 
 
 def too_slow_sampling(log: PreparedLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
-    """Return that the samples are too far apart for the moves; empty if they are not."""
+    """Return a sentence if the samples are too far apart for the moves; empty otherwise."""
     lengths: list[int] = []
     for motion in motions.stretches:
         edges = np.flatnonzero(np.diff(np.concatenate(([0], motion.direction, [0]))))
@@ -228,7 +233,7 @@ def too_slow_sampling(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
 
 
 def unsettled_delay(model: Model, tuning: SearchTuning) -> str:
-    """Return that the delay of the effort was not found within its bounds; empty if it was."""
+    """Return a sentence if the delay of the effort was not found within its bounds; else empty."""
     if model.settled:
         return ""
     return (
@@ -238,7 +243,7 @@ def unsettled_delay(model: Model, tuning: SearchTuning) -> str:
 
 
 def untested(model: Model) -> str:
-    """Return that no term could be tested; empty if some could."""
+    """Return a sentence if no term could be tested; empty if some could."""
     if model.scores or model.rows.size == 0 or testable(model):
         return ""
     return (
@@ -254,7 +259,7 @@ def unexplained_effort(
     rows: ModelRows,
     tuning: PlausibilityTuning,
 ) -> str:
-    """Return how much of the effort no term and no noise explains; empty if it is little."""
+    """Return a sentence if much of the effort is explained by no term and no noise; else empty."""
     if model.rows.size <= rows.columns.shape[1]:
         return ""
     weight = model.rows.weight
@@ -276,8 +281,8 @@ def effort_step(motions: SlipMotions, tuning: PlausibilityTuning) -> float:
     """Return the step of the recorded effort [N or N m]; 0 if its rounding errors are noise.
 
     Rounding errors of an effort that is quieter than its steps depend on the motion, and repeat
-    with it: a term that explains less may describe them. It is 0 for few efforts too, which may be
-    the exact ones of a drive, and for very many.
+    with it: a term that explains less may describe them. The step is 0 for few distinct efforts
+    too, which may be the exact ones of a drive, and for very many.
     """
     levels, step = _effort_levels(motions, tuning)
     return step if levels >= tuning.fewest_levels else 0.0
@@ -297,9 +302,9 @@ def _effort_levels(motions: SlipMotions, tuning: PlausibilityTuning) -> tuple[in
 
 
 def coarse_effort(model: Model, motions: SlipMotions, unit: str, tuning: PlausibilityTuning) -> str:
-    """Return that friction is hardly more than the steps of the effort; empty if it is.
+    """Return a sentence if the steps of the effort are coarse beside friction; empty otherwise.
 
-    Rounding errors of an effort that changes little in a move are no noise: friction takes them up.
+    Rounding errors of an effort that changes little in a move are no noise: they bias friction.
     Few efforts are exact if the model leaves only a small part of the rounding error of their step.
     """
     levels, step = _effort_levels(motions, tuning)
@@ -319,9 +324,9 @@ def coarse_effort(model: Model, motions: SlipMotions, unit: str, tuning: Plausib
 
 
 def unsigned_effort(log: AxisLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
-    """Return that the effort may lack its sign; empty if it has both, or stays away from zero.
+    """Return a sentence if the effort may lack its sign; empty if it has both signs, or no zeros.
 
-    It is asked of an effort that no model explains.
+    The check is for an effort that no model explains.
     """
     size = np.abs(log.effort)
     near = float(np.mean(size < tuning.unsigned_level * np.max(size)))
@@ -336,7 +341,7 @@ def unsigned_effort(log: AxisLog, motions: SlipMotions, tuning: PlausibilityTuni
 
 
 def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:
-    """Return that the effort of a model of the machine is far off; empty if it is not."""
+    """Return a sentence if the effort of a model of the machine is far off; empty otherwise."""
     if MODEL_SCALE not in model.names:
         return ""
     error = float(model.coefficients(MODEL_SCALE)[0])
@@ -352,10 +357,10 @@ def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:
 
 
 def unexplained(log: AxisLog, share: float) -> list[str]:
-    """Return the cause of doubt if an estimate leaves too much of the effort of a log unexplained.
+    """Return a sentence if an estimate leaves too much of the effort of a log unexplained.
 
     ``share`` is the norm of the residual over that of the effort [-]. The white noise of the
-    effort, which filters reduce, is subtracted.
+    effort, which filters reduce, is subtracted. The list is empty otherwise.
     """
     size = max(float(np.sqrt(np.mean(log.effort**2))), _TINY)
     left = float(np.sqrt(max(share**2 - (noise_level(log.effort) / size) ** 2, 0.0)))
@@ -383,9 +388,7 @@ def within_presliding(
     """Return a sentence if the motion may stay within presliding; empty if it does not.
 
     Friction acts like a spring there: the log shows a spring and no Coulomb friction, or friction
-    that still builds up at the ends of the travel.
-
-    An included spring is one of the axis.
+    that still builds up at the ends of the travel. A spring in ``include`` belongs to the axis.
     """
     travel = float(np.ptp(motions.moving(lambda m: m.position))) if model.chosen else 0.0
     unit = "m" if estimate.kind == "linear" else "rad"
@@ -417,11 +420,11 @@ def within_presliding(
     return ""
 
 
-_LONGEST_SHAPE = 0.95  # of the longest distance in the search
+_LONGEST_SHAPE = 0.95  # of the longest distance in the search [-], from which it is at that bound
 
 
 def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning) -> str:
-    """Return that a known inertia disagrees with the log; empty if it does not."""
+    """Return a sentence if a known inertia disagrees with the log; empty otherwise."""
     if model.inertia is None or not testable(model):
         return ""
     basis = model.basis()
@@ -443,7 +446,7 @@ def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning
 
 
 def reversed_sign(model: Model, kind: str, tuning: PlausibilityTuning) -> str:
-    """Return that the log shows a negative inertia; empty if it does not."""
+    """Return a sentence if the log shows a negative inertia; empty otherwise."""
     if model.inertia is not None or not testable(model):
         return ""
     values, stds = model_rows(model, kind).fitted()

@@ -16,10 +16,10 @@ from stickslip.estimation.selection.terms import Term, two_thirds_term
 
 @dataclass(frozen=True, kw_only=True)
 class RivalTuning:
-    """Tuning of what a rival law changes."""
+    """Tuning of rival laws."""
 
     smallest_difference: float = 0.05
-    """Relative difference of Coulomb friction [-]: a smaller one makes no note."""
+    """Relative difference of Coulomb friction [-] up to which there is no note."""
     smallest_ratio: float = 3e-3
     """Smallest over largest singular value of the columns of a rival [-]: below it they do not
     determine its parameters."""
@@ -69,7 +69,7 @@ class Rival:
         return self.explains_as_well and (self.load or self.explains_more)
 
 
-_LARGER = 2.0  # standard errors
+_LARGER = 2.0  # standard errors [-], of the weight of a law with more parameters
 
 _GRAVITY = (
     "gravity on a swinging load explains this log as well as a spring, so that stiffness and "
@@ -181,10 +181,10 @@ def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTu
     """Return a note on a law that explains the log as well.
 
     The laws differ most below the driven speeds, so that Coulomb friction, the value at rest,
-    depends on which of them is meant.
+    depends on the law.
 
-    It is on gravity, or on the rival whose Coulomb friction differs most; empty if the log
-    distinguishes the laws, or they agree about Coulomb friction.
+    The note is on gravity, or on the rival whose Coulomb friction differs most; empty if the log
+    distinguishes the laws, or their Coulomb frictions agree.
     """
     own = model.friction()[0]
     if any(rival.load and rival.counts for rival in rivals):

@@ -35,24 +35,24 @@ class SearchTuning:
 
     shortest_window: float = 0.01
     """Half of the narrowest window [s]: drives act on friction below 100 Hz."""
-    fewest_samples: int = 3  #: The same in samples, which the integrals over a window need.
+    fewest_samples: int = 3  #: The same in samples: the integrals over a window need them.
     widest_window: float = 0.1  #: Half of the widest window [s], which moves must outlast.
     widest_encoder_window: float = 0.15
     """Half of the widest window where noise of the positions makes most of the residual [s]."""
     largest_attenuation: float = 5e-4
     """Share of the inertia that noise of the position may take, above which windows widen [-]."""
     largest_p_value: float = 2e-3
-    """Of a term that is selected [-]: some ten terms give 2 % of false selections."""
+    """p-value up to which a term is selected [-]: some ten terms give 2 % of false selections."""
     open_p_value: float = 0.1
     """p-value of a small delay [-] below which the delay that fits best is tested: a delay of many
     samples hides behind a wrong inertia."""
     unsettled_p_value: float = 1e-6
-    """p-value of a delay that is not found within its bounds [-], above which it is not counted:
-    with slow moves any delay fits next to as well."""
+    """p-value of a delay that is not found within its bounds [-], above which it is not counted: in
+    slow moves all delays fit nearly as well."""
     fewest_deviations: float = 1.0
     """Gain on moves left out of the fit, in its standard errors (one-standard-error rule) [-]."""
     smallest_gain: float = 0.02
-    """The same relative to the squared error [-]: less makes no difference to a user."""
+    """The same relative to the squared error [-]: less is of no practical importance."""
     dead_band_gain: float = 0.8
     """The same for a dead band [-], whose column contains small efforts themselves: with a band
     only noise remains. 0.5 takes presliding for one in some logs; above 0.9 noise hides bands."""
@@ -60,40 +60,42 @@ class SearchTuning:
     """Least Coulomb friction beside a dead band, over the band [-]: where friction builds up over
     much of the travel, a band takes its place."""
     smallest_share: float = 1e-3
-    """Of the effort that a term must explain [-]: errors of a sampled motion can be as large."""
+    """Share of the effort that a term must explain [-]: errors of a sampled motion can be as
+    large."""
     smallest_ratio: float = 0.015
     """Smallest over largest singular value of the columns with the term, scaled to unit norm [-]:
-    below 0.01 parameters count as not identifiable, and no term is worth that."""
+    below 0.01 parameters count as not identifiable, which a term must not cause."""
     reversed_viscous: float = 0.1
     """Negative viscous friction beside a bend of the curve, over that without it [-], from which
     the bend is not accepted: viscous friction that is absent is less than that by chance."""
     encoder_share: float = 0.5
     """Share of the residual's variance by noise of the positions from which windows are widened for
-    it [-]: half leaves those of any log alone whose effort or axis disturbs as much."""
+    it [-]: below one half, noise of the effort or a disturbance force is as large."""
     least_coverage: float = 0.8
     """Least share of the moves that wider windows must fit into, of that of narrower ones [-]."""
-    most_terms: int = 6  #: In one model, beyond the first four.
-    largest_delay: float = 0.1  #: Of the effort, either way [s].
+    most_terms: int = 6  #: Most terms in one model beyond the first four [-].
+    largest_delay: float = 0.1  #: Largest delay of the effort, positive or negative [s].
     unexplained: float = 0.05
-    """Share of the effort that is left [-], from which all delays are looked at."""
-    delay_gain: float = 0.5  #: Share of its square that the best of them must leave at most [-].
-    scanned_step: float = 0.005
-    """Between these delays [s]: half of the narrowest window."""
+    """Unexplained share of the effort [-] from which delays are compared on a grid."""
+    delay_gain: float = 0.5
+    """Largest squared unexplained share with the best delay of the grid over that without it
+    [-]."""
+    scanned_step: float = 0.005  #: Step of that grid [s]: half of `shortest_window`.
     settled_delay: float = 0.005  #: Step of the delay below which it is found [samples].
     delay_steps: int = 40
-    """Steps to the delay [-]: noise of the effort makes them too short."""
+    """Most Gauss-Newton steps to the delay [-]: noise of the effort shortens them."""
     fewest_rows: int = 20
-    """Windows of a log [-]: with fewer, wider ones leave too few for a fit."""
+    """Fewest windows of a log [-]: with fewer, wider ones leave too few for a fit."""
     paired: int = 4
-    """Terms of which every pair is tried [-]: those that explain most."""
+    """Number of terms of which every pair is tried [-]: those that explain most."""
     fewest_periods: int = 3
-    """Of a ripple along the travel [-]: slower forces are springs and offsets."""
+    """Fewest periods of a ripple along the travel [-]: slower forces are springs and offsets."""
     most_periods: int = 3000
-    """Of a ripple along the travel [-]: bounds the memory of the search."""
+    """Most periods of a ripple along the travel [-]: bounds the memory of the search."""
     ripple_peaks: int = 2  #: Waves of the residual that are tried [-].
     ripple_share: float = 0.2
-    """Share of the windows that hold one wave of the shortest ripple at most [-]: faster windows
-    leave nothing of it."""
+    """Share of the windows that hold one wave of the shortest ripple at most [-]: the mean over a
+    faster window is close to zero."""
 
 
 EXCLUSIVE = {
@@ -110,14 +112,15 @@ BENDS = ("quadratic", "two-thirds", "stribeck", "low speed")
 
 _BESIDE_VISCOUS = ("quadratic", "stribeck", "low speed")  # friction with the 2/3 power replaces it
 
+_WIDER = 1.3  # ratio of one half-width to the one before [-]
+
 
 def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning) -> int:
     """Return half of the width of windows that is wide enough for the noise of the positions.
 
-    Noise of the position is a noisy regressor, worst at high frequencies. It attenuates the inertia
-    by its share of what the acceleration holds beyond the other columns and the position. Where it
-    is also what the forces fail to balance by, wider windows have smaller errors, as long as they
-    cover the moves.
+    Noise of the position is noise of a regressor, worst at high frequencies. It attenuates the
+    inertia by its share of the acceleration beyond the other columns and the position. If it also
+    makes most of the residual, wider windows have smaller errors, as long as they cover the moves.
     """
     half = max(tuning.fewest_samples, round(tuning.shortest_window / sampling_time))
     quiet = 0.0  # time that the narrowest windows without attenuation cover
@@ -125,10 +128,10 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
     while True:
         weight = Weight(half_width=half, sampling_time=sampling_time)
         model = Model(rows=window_rows(motions.stretches, weight), inertia=None)
-        wider = int(1.3 * half) + 1
+        wider = int(_WIDER * half) + 1
         if model.rows.size < tuning.fewest_rows:
             return kept or half
-        # Beside a spring: in a sine, its column is that of the inertia
+        # With a spring: in a sinusoidal motion its column is that of the inertia
         beside = np.column_stack([model.base()[:, 1:], model.rows.position])
         content = float(np.sum(Basis.of(beside, model.rows.acceleration).residual ** 2))
         noise = motions.noise_of(weight.second())
@@ -147,10 +150,10 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
 
 
 def scanned_delay(plain: Model, found: Model, tuning: SearchTuning) -> float:
-    """Return the delay at which the plain model explains much more than what was found, or 0.
+    """Return the delay at which the plain model explains much more than the one found [samples].
 
-    In samples. A delay of many samples makes the effort nonlinear in it, and nothing like its
-    slope: the steps to it lead elsewhere, or do not get there.
+    0 if there is none. Over many samples the effort is not linear in the delay: the Gauss-Newton
+    steps then converge to another delay, or do not converge.
     """
     left = _left(found if found.settled else plain)
     if left < tuning.unexplained**2:
@@ -164,12 +167,12 @@ def scanned_delay(plain: Model, found: Model, tuning: SearchTuning) -> float:
 
 
 def _left(model: Model) -> float:
-    """Return the share of the square of the effort that a model leaves; 1 if it is not testable."""
+    """Return the unexplained share of the squared effort [-]; 1 if the model is not testable."""
     return model.residual_share() ** 2 if testable(model) else 1.0
 
 
 def noisy_elasticity(rows: WindowRows, motions: SlipMotions) -> bool:
-    """Return whether the fourth derivative of the position is its noise."""
+    """Return whether the fourth derivative of the position is mostly noise."""
     noise = motions.noise_of(rows.weight.fourth())
     return float(np.sqrt(np.mean(rows.snap**2))) < LEAST_SIGNAL_TO_NOISE * noise
 
@@ -230,7 +233,7 @@ def with_terms(
 ) -> Model:
     """Return the model with given terms, each in the shape that fits best.
 
-    Of the names, those that the motion cannot show are left out.
+    Terms that the motion does not determine are left out.
     """
     for name in names:
         basis = model.basis()
@@ -249,7 +252,7 @@ def with_terms(
 def _offered(
     model: Model, terms: Sequence[Term], basis: Basis, tuning: SearchTuning, *, ripple: bool
 ) -> Sequence[Term]:
-    """Return the terms with those shapes that depend on what the model explains already."""
+    """Return the terms, with the shapes that depend on the fit of the model."""
     offered = [
         term
         if term.proportional is None
@@ -260,7 +263,7 @@ def _offered(
 
 
 def _without_viscous(model: Model, tuning: SearchTuning) -> Model:
-    """Return the model without viscous friction unless that belongs to it too."""
+    """Return the model without viscous friction, unless that is significant in it."""
     without = replace(model, viscous=False)
     basis = without.basis()
     partial = basis.partial(model.scaled(model.rows.velocity[:, None]))
@@ -326,28 +329,28 @@ def _tried_delay(model: Model, delayed: Model, tuning: SearchTuning) -> _Trial |
     """
     term, shape = delayed.chosen[-1]
     own = delayed.term_columns(term, shape)
-    late = replace(delayed, chosen=model.chosen)
-    target = late.target() + own @ (delayed.delays - model.delays)
-    basis = Basis.of(late.columns(), target, late.rows.log)
+    fixed = replace(delayed, chosen=model.chosen)
+    target = fixed.target() + own @ (delayed.delays - model.delays)
+    basis = Basis.of(fixed.columns(), target, fixed.rows.log)
     partial = basis.partial(own)
     if partial is None:
         return None
-    before = late.with_delays(model.delays)
+    before = fixed.with_delays(model.delays)
     errors = held_out_errors(before.columns(), before.target(), before.rows.folds)
     gains = errors - held_out_errors(delayed.columns(), delayed.target(), delayed.rows.folds)
     p_value = significance(basis, partial, own)
-    ratio = _ratio(late, term, shape, tuning)
+    ratio = _ratio(fixed, term, shape, tuning)
     return _scored(term, shape, ratio, basis.share(partial), p_value, errors, gains)
 
 
 def _ratio(model: Model, term: Term, shape: Shape, tuning: SearchTuning) -> float:
     """Return the smallest over the largest singular value of the columns with a term.
 
-    Of a motion in one direction, in which offset and Coulomb friction are one column, the offset is
-    left out: what the term adds is determined nevertheless.
+    In a motion in one direction offset and Coulomb friction have the same column. The offset is
+    left out then: the term is determined nevertheless.
     """
     every = np.column_stack([model.columns(), model.term_columns(term, shape)])
-    if term.name == "two-thirds":  # it may take the place of viscous friction
+    if term.name == "two-thirds":  # it may replace viscous friction
         every = np.delete(every, 0 if model.inertia is not None else 1, axis=1)
     ratio = smallest_ratio(every)
     determined = ratio >= tuning.smallest_ratio or not model.offset
@@ -383,7 +386,7 @@ def _scored(
 def _simplest(accepted: Sequence[_Trial]) -> _Trial:
     """Return the term with the largest gain, or a bend with fewer parameters that predicts as well.
 
-    It predicts as well if its gain is less by one standard error of the largest gain at most.
+    A bend predicts as well if its gain is within one standard error of the largest gain.
     """
     best = max(accepted, key=lambda trial: trial.score.gain)
     if best.term.name not in BENDS:
@@ -398,7 +401,7 @@ def _simplest(accepted: Sequence[_Trial]) -> _Trial:
 def _pair(model: Model, tried: Sequence[_Trial], tuning: SearchTuning) -> tuple[_Trial, ...]:
     """Return two terms of which each is accepted beside the other; none if there are no such two.
 
-    Two terms that are both missing hide each other: what the one leaves is the noise of the other.
+    Two missing terms hide each other: the effect of one is noise in the test of the other.
     """
     large = [
         t for t in tried if t.score.share > tuning.smallest_share and t.term.name != SATURATION
@@ -420,7 +423,7 @@ def _gain(pair: Sequence[_Trial]) -> float:
 
 
 def _beside(model: Model, other: _Trial, trial: _Trial, tuning: SearchTuning) -> _Trial | None:
-    """Return a term as tried in a model that has another one."""
+    """Return a term as tried in a model with another one."""
     larger = _with(model, other)
     columns, target = larger.columns(), larger.target()
     errors = held_out_errors(columns, target, larger.rows.folds)
@@ -432,7 +435,7 @@ def _with(model: Model, trial: _Trial) -> Model:
 
 
 def best_shape(model: Model, term: Term, basis: Basis) -> tuple[Shape, Partial] | None:
-    """Return the shape that explains most; None if none has coefficients that it may have."""
+    """Return the shape that explains most; None if no shape has coefficients within its bounds."""
     best: tuple[Shape, Partial] | None = None
     largest = -1.0
     for shape in term.shapes:
@@ -448,8 +451,8 @@ def best_shape(model: Model, term: Term, basis: Basis) -> tuple[Shape, Partial] 
 def _reverses_viscous(model: Model, trial: _Trial, tuning: SearchTuning) -> bool:
     """Return whether viscous friction is negative beside a term that bends the friction curve.
 
-    Such a bend stands for another one, as friction with the square of the speed does for the
-    Stribeck effect.
+    Such a bend replaces another one, as friction with the square of the speed does for the Stribeck
+    effect.
     """
     if trial.term.name not in _BESIDE_VISCOUS or not model.viscous:
         return False
@@ -467,9 +470,17 @@ def _accepted(trial: _Trial, tuning: SearchTuning) -> bool:
     )
 
 
-_SHAPE_STEPS = 15  # evaluations: enough for the tolerance between neighbouring values
-_SHAPE_TOLERANCE = 1e-3  # of the logarithm of its value
-_RIPPLE_SPAN = 0.5  # of a wave along the travel: beyond it another peak begins
+_SHAPE_STEPS = 15
+"""Most evaluations in the search of a shape [-]: enough for the tolerance between neighbours."""
+
+_SHAPE_TOLERANCE = 1e-3  # of the logarithm of a shape's value [-]: far below its standard error
+
+_RIPPLE_SPAN = 0.5
+"""Change of the waves along the travel within which a period is refined [-]: another peak of the
+spectrum begins beyond it."""
+
+_BEYOND_LAST = 2.0
+"""Ratio up to which a shape may exceed the largest one that was tried [-]."""
 
 
 def refined(model: Model) -> Model:
@@ -509,7 +520,7 @@ def _refined_term(model: Model, place: int, family: Callable[[float], Shape]) ->
 
 
 def _around(model: Model, term: Term, shape: Shape) -> tuple[float, float]:
-    """Return the values between which the best shape of a family lies [SI]."""
+    """Return the bounds of the search for the best shape of a family [SI]."""
     if term.name == "ripple":
         wave = 1.0 / shape.value
         half = _RIPPLE_SPAN / float(np.ptp(model.rows.position))
@@ -520,18 +531,19 @@ def _around(model: Model, term: Term, shape: Shape) -> tuple[float, float]:
     return max(shape.value / ratio, values[0]), shape.value * longer
 
 
-_BEYOND_LAST = 2.0  # ratio by which a shape may be beyond the last that was tried [-].
-
-
 _SLOWEST = 0.98
-"""Ratio of one Gauss-Newton step to the one before up to which the steps are extrapolated [-]."""
+"""Ratio of one Gauss-Newton step to the one before up to which the steps are extrapolated [-]:
+above it the extrapolation is longer than 49 steps, and uncertain."""
+
+_FARTHEST = 5.0
+"""Longest extrapolation over the largest step [-]: 15 samples, over which the effort may turn."""
 
 
 def _settled(model: Model, tuning: SearchTuning) -> Model:
     """Return the model at the delay that fits best (Gauss-Newton).
 
-    Noise of the effort makes all steps too short by the same factor. Two of them therefore give the
-    delay that they lead to (Aitken's extrapolation).
+    Noise of the effort shortens all steps by the same factor. Two of them therefore give the delay
+    that they converge to (Aitken's extrapolation).
     """
     before: Float[np.ndarray, " k"] | None = None
     for _ in range(tuning.delay_steps):
@@ -551,7 +563,8 @@ def _settled(model: Model, tuning: SearchTuning) -> Model:
     return replace(model, settled=False)
 
 
-_FARTHEST = 5.0  # of the largest step: extrapolation
+_FEWEST_RIPPLE_ROWS = 50
+"""Fewest windows for the search of a ripple [-]: among many waves, one fits the noise of fewer."""
 
 
 def _ripples(model: Model, basis: Basis, tuning: SearchTuning) -> list[Term]:
@@ -560,7 +573,7 @@ def _ripples(model: Model, basis: Basis, tuning: SearchTuning) -> list[Term]:
     extent = float(np.max(place))
     if extent == 0 or place.size < _FEWEST_RIPPLE_ROWS:
         return []
-    # A window holds a wave at most, of which it leaves 0.6 of the amplitude
+    # The mean over a window of one wave, the shortest in the search, has 0.6 of its amplitude
     slow = float(np.quantile(np.abs(model.rows.velocity), tuning.ripple_share))
     width = 2.0 * model.rows.weight.duration * slow
     most = min(tuning.most_periods, int(extent / max(width, extent / tuning.most_periods)))
@@ -580,6 +593,3 @@ def _ripples(model: Model, basis: Basis, tuning: SearchTuning) -> list[Term]:
     waves = tuning.fewest_periods + 0.25 * strongest
     # The peaks are the largest of all the waves that the travel resolves
     return [ripple_term((extent / waves).tolist(), power.size // 4, model.origin)]
-
-
-_FEWEST_RIPPLE_ROWS = 50

@@ -8,15 +8,15 @@ from scipy.special import fdtrc
 
 from stickslip.estimation.fit.intervals import robust_uncertainty
 
-_COSINES = (12, 6)
-_COLLINEAR = 1e-6  # of its norm: what is left of a column that the others make up
-_DEPENDENT = 0.015  # smallest over largest singular value, as for a term
-_DEGENERATE = 1e-4  # ratio of singular values of the further columns
+_COSINES = (12, 6)  # of the two tests [-]: many and few
+_COLLINEAR = 1e-6  # share of a column's norm below which it is a combination of the others [-]
+_DEPENDENT = 0.015  # smallest over largest singular value [-], as for a term
+_DEGENERATE = 1e-4  # smallest over largest singular value of further columns [-]: rounding errors
 
 
 @dataclass(frozen=True, kw_only=True)
 class Basis:
-    """A model's columns in orthonormal coordinates, with what they leave of the target."""
+    """A model's columns in orthonormal coordinates, with the residual of the target."""
 
     vectors: Float[np.ndarray, "n p"]  #: Shape (n, p) [-].
     target: Float[np.ndarray, " n"]  #: Shape (n,) [any unit].
@@ -38,12 +38,12 @@ class Basis:
         return cls(vectors=vectors, target=target, residual=residual, log=log)
 
     def share(self, partial: "Partial") -> float:
-        """Return what columns explain beyond the basis, over the target, in rms [-]."""
+        """Return the share of the target that further columns explain, in rms [-]."""
         size = float(np.linalg.norm(partial.coordinates))
         return size / max(float(np.linalg.norm(self.target)), np.finfo(float).tiny)
 
     def partial(self, further: Float[np.ndarray, "n q"]) -> "Partial | None":
-        """Return further columns without what the basis makes of them; None if nothing is left."""
+        """Return further columns less their projection on the basis; None if they depend on it."""
         rest = further - self.vectors @ (self.vectors.T @ further)
         norms, whole = np.linalg.norm(rest, axis=0), np.linalg.norm(further, axis=0)
         if np.any(norms <= _COLLINEAR * whole):

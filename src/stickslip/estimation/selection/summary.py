@@ -12,7 +12,7 @@ EFFORT_KINDS: Mapping[EffortKind, str] = {
     "sampled": "the value at its time stamp",
     "mean": "the mean since the time stamp before",
 }
-"""What a logged effort can be."""
+"""Kinds of a logged effort, in words."""
 
 
 def selection_of(
@@ -62,7 +62,7 @@ def selection_of(
 
 
 def _parts(model: Model) -> str:
-    """Return what every model has, and what was given."""
+    """Return the terms of the base model in words."""
     parts = ["Coulomb friction"]
     if model.viscous:
         parts.append("viscous friction")

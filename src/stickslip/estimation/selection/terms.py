@@ -32,7 +32,7 @@ DEAD_BAND = "dead band"  #: Name of the term that is the effort lost in a dead b
 
 POSITIVE = (0.0, np.inf)
 NEGATIVE = (-np.inf, 0.0)
-_ALL_OF_IT = (0.7, 1.3)  # an effort that does not reach the axis at all has the coefficient 1
+_ALL_OF_IT = (0.7, 1.3)  # of the coefficient, 1 for an effort that does not reach the axis [-]
 TERM_NAMES = (
     "delay",
     "direction",
@@ -56,15 +56,20 @@ TERM_NAMES = (
 )
 """Names of all terms."""
 
-_STRIBECK_SHAPES = 9  # velocities tried, a factor of some 1.4 apart; refined afterwards
-_PRESLIDING_SHAPES = 7  # distances tried, a factor of 2.8 apart; refined afterwards
-_DEAD_BAND_SHAPES = 9  # sizes tried, a factor of 1.5 apart; refined afterwards
-_NARROWEST_BAND = 0.04  # of the widest
-_MOST_BANDED = (
-    0.2  # of the samples in motion: the column of a wider band is the effort itself in more of them
-)
-_SATURATION_SHAPES = 12  # limits tried; the limit is not refined
-_MOST_SATURATED = 0.4  # of the samples in motion: a drive that saturates more often is another axis
+_STRIBECK_SHAPES = 9  # velocities tried [-], a factor of some 1.4 apart; refined afterwards
+_PRESLIDING_SHAPES = 7  # distances tried [-], a factor of 2.8 apart; refined afterwards
+_DEAD_BAND_SHAPES = 9  # sizes tried [-], a factor of 1.5 apart; refined afterwards
+_NARROWEST_BAND = 0.04  # over the widest one [-]
+
+_MOST_BANDED = 0.2
+"""Share of the samples in motion that a dead band may contain [-]: within it, the column is the
+effort itself."""
+
+_SATURATION_SHAPES = 12  # limits tried [-]; the limit is not refined
+
+_MOST_SATURATED = 0.4
+"""Share of the samples in motion with an effort above the lowest limit that is tried [-]."""
+
 _SWING = 0.5  # rad: a smaller one bends the sine of a pendulum by less than 1 %
 
 
@@ -75,16 +80,16 @@ class Term:
     name: str  #: Of the term, such as ``"stribeck"``.
     text: str  #: What it means for the axis, in words.
     shapes: tuple[Shape, ...]  #: At least one, or none if ``proportional`` makes it.
-    tests: int = 0  #: Number of shapes that these are the best of; 0 if they are all.
+    tests: int = 0  #: Number of shapes from which these were chosen [-]; 0 if they are all.
     #: The shape with any value, for a search between those of ``shapes``; None if there is no
     #: other.
     family: Callable[[float], Shape] | None = None
-    #: The shape that goes with given Coulomb and viscous friction; None if it depends on neither.
+    #: The shape for given Coulomb and viscous friction; None if it depends on neither.
     proportional: Callable[[float, float], Shape] | None = None
 
     @property
     def trials(self) -> int:
-        """Number of shapes that a test of the best one must allow for."""
+        """Number of shapes in the test of the best one [-]."""
         return max(self.tests, len(self.shapes))
 
 
@@ -94,46 +99,11 @@ def _plain(name: str, text: str, *, bounds: tuple[float, float] = ANY, **columns
 
 
 def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
-    """Return the terms that the motion of a log could show."""
-    slow, largest = motions.slow, motions.largest_speed
-    position = motions.moving(lambda m: m.position)
-    efforts = np.abs(motions.moving(lambda m: m.effort))
-    largest_effort = float(np.max(efforts))
-    lowest_limit = max(float(np.quantile(efforts, 1.0 - _MOST_SATURATED)), 1e-3 * largest_effort)
-    widest_band = max(float(np.quantile(efforts, _MOST_BANDED)), 1e-3 * largest_effort)
-    extent = float(np.ptp(position))
-    origin, centre = motions.reference_position, motions.reference_time
+    """Return the candidate terms for the motion of a log."""
+    extent = float(np.ptp(motions.moving(lambda m: m.position)))
+    origin = motions.reference_position
     terms = [
-        _plain(
-            DIRECTION,
-            "viscous friction differs between the directions",
-            viscous_asymmetry=lambda m: np.abs(m.velocity),
-        ),
-        _plain(
-            "quadratic",
-            "friction grows with the square of the speed",
-            bounds=POSITIVE,
-            quadratic_friction=lambda m: m.velocity * np.abs(m.velocity),
-        ),
-        two_thirds_term(),
-        _family(
-            "stribeck",
-            "friction falls as the speed rises from zero (Stribeck effect)",
-            _stribeck,
-            np.geomspace(1.5 * slow, max(0.5 * largest, 2.0 * slow), _STRIBECK_SHAPES),
-        ),
-        _family(
-            "low speed",
-            "friction is lower at low speed than at higher speeds",
-            _low_speed,
-            np.geomspace(1.5 * slow, max(0.5 * largest, 2.0 * slow), _STRIBECK_SHAPES),
-        ),
-        _family(
-            "presliding",
-            "friction builds up over a distance after each reversal (presliding)",
-            _presliding,
-            np.geomspace(1e-4 * extent, 0.05 * extent, _PRESLIDING_SHAPES),
-        ),
+        *_friction_terms(motions.slow, motions.largest_speed, extent),
         Term(
             name=ELASTIC,
             text="the encoder is behind an elastic drive, or its position is smoothed",
@@ -144,48 +114,8 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
             "a spring acts on the axis",
             spring_stiffness=lambda m: m.position - origin,
         ),
-        _plain(
-            "offset drift",
-            "a constant effort drifts during the log",
-            offset_drift=lambda m: m.time - centre,
-        ),
-        Term(
-            name="friction drift",
-            text="friction drifts during the log",
-            shapes=(),
-            proportional=lambda coulomb, viscous: _friction_drift(coulomb, viscous, centre),
-        ),
-        _plain(
-            "viscous drift",
-            "viscous friction drifts during the log",
-            viscous_drift=lambda m: m.velocity * (m.time - centre),
-        ),
-        _plain(
-            "gain drift",
-            "the gain from logged to true effort drifts during the log",
-            gain_drift=lambda m: -m.effort * (m.time - centre),
-        ),
-        _family(
-            DEAD_BAND,
-            "a dead band of the actuator takes a part of every effort",
-            lambda size: _dead_band(min(size, widest_band)),
-            np.geomspace(_NARROWEST_BAND * widest_band, widest_band, _DEAD_BAND_SHAPES),
-        ),
-        Term(
-            name=SATURATION,
-            text="the drive saturates below the largest logged effort",
-            shapes=tuple(
-                Shape(
-                    names=("effort_excess",),
-                    columns=(effort_excess(limit),),
-                    value=limit,
-                    bounds=_ALL_OF_IT,
-                )
-                for limit in np.geomspace(
-                    lowest_limit, 0.98 * largest_effort, _SATURATION_SHAPES
-                ).tolist()
-            ),
-        ),
+        *_drift_terms(motions.reference_time),
+        *_drive_terms(np.abs(motions.moving(lambda m: m.effort))),
     ]
     if kind == "rotary" and extent > _SWING:
         terms.append(
@@ -208,6 +138,102 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
     return tuple(terms)
 
 
+def _friction_terms(slow: float, largest: float, extent: float) -> list[Term]:
+    """Return the terms of friction over speed, and of presliding.
+
+    ``slow`` is the speed below which the axis may be at rest, ``largest`` its largest speed [m/s or
+    rad/s], ``extent`` the range of its positions [m or rad].
+    """
+    velocities = np.geomspace(1.5 * slow, max(0.5 * largest, 2.0 * slow), _STRIBECK_SHAPES)
+    return [
+        _plain(
+            DIRECTION,
+            "viscous friction differs between the directions",
+            viscous_asymmetry=lambda m: np.abs(m.velocity),
+        ),
+        _plain(
+            "quadratic",
+            "friction grows with the square of the speed",
+            bounds=POSITIVE,
+            quadratic_friction=lambda m: m.velocity * np.abs(m.velocity),
+        ),
+        two_thirds_term(),
+        _family(
+            "stribeck",
+            "friction falls as the speed rises from zero (Stribeck effect)",
+            _stribeck,
+            velocities,
+        ),
+        _family(
+            "low speed",
+            "friction is lower at low speed than at higher speeds",
+            _low_speed,
+            velocities,
+        ),
+        _family(
+            "presliding",
+            "friction builds up over a distance after each reversal (presliding)",
+            _presliding,
+            np.geomspace(1e-4 * extent, 0.05 * extent, _PRESLIDING_SHAPES),
+        ),
+    ]
+
+
+def _drift_terms(centre: float) -> list[Term]:
+    """Return the terms that are linear in the time from ``centre`` [s]."""
+    return [
+        _plain(
+            "offset drift",
+            "a constant effort drifts during the log",
+            offset_drift=lambda m: m.time - centre,
+        ),
+        Term(
+            name="friction drift",
+            text="friction drifts during the log",
+            shapes=(),
+            proportional=lambda coulomb, viscous: _friction_drift(coulomb, viscous, centre),
+        ),
+        _plain(
+            "viscous drift",
+            "viscous friction drifts during the log",
+            viscous_drift=lambda m: m.velocity * (m.time - centre),
+        ),
+        _plain(
+            "gain drift",
+            "the gain from logged to true effort drifts during the log",
+            gain_drift=lambda m: -m.effort * (m.time - centre),
+        ),
+    ]
+
+
+def _drive_terms(efforts: Float[np.ndarray, " n"]) -> list[Term]:
+    """Return the terms of a drive, for the size of its effort in slip [N or N m]."""
+    largest = float(np.max(efforts))
+    lowest_limit = max(float(np.quantile(efforts, 1.0 - _MOST_SATURATED)), 1e-3 * largest)
+    widest_band = max(float(np.quantile(efforts, _MOST_BANDED)), 1e-3 * largest)
+    return [
+        _family(
+            DEAD_BAND,
+            "a dead band of the actuator takes a part of every effort",
+            lambda size: _dead_band(min(size, widest_band)),
+            np.geomspace(_NARROWEST_BAND * widest_band, widest_band, _DEAD_BAND_SHAPES),
+        ),
+        Term(
+            name=SATURATION,
+            text="the drive saturates below the largest logged effort",
+            shapes=tuple(
+                Shape(
+                    names=("effort_excess",),
+                    columns=(effort_excess(limit),),
+                    value=limit,
+                    bounds=_ALL_OF_IT,
+                )
+                for limit in np.geomspace(lowest_limit, 0.98 * largest, _SATURATION_SHAPES).tolist()
+            ),
+        ),
+    ]
+
+
 def two_thirds_term() -> Term:
     """Return the term of friction that grows with the 2/3 power of the speed."""
     return _plain(
@@ -221,8 +247,8 @@ def two_thirds_term() -> Term:
 def ripple_term(periods: Sequence[float], tests: int, origin: float) -> Term:
     """Return the term of a force that repeats along the travel.
 
-    ``tests`` is the number of periods that these are the likeliest of, ``origin`` the position at
-    which the sine is zero [m or rad].
+    ``periods`` are the likeliest ones [m or rad] of the number ``tests``, ``origin`` is the
+    position at which the sine is zero [m or rad].
     """
     values = np.array(periods)
 

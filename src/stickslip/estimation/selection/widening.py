@@ -1,4 +1,4 @@
-"""What widens the intervals beyond the sampling error."""
+"""Errors of a selected model beyond the sampling error, which widen the intervals."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ from stickslip.records import FrictionEstimate
 
 @dataclass(frozen=True, kw_only=True)
 class IntervalTuning:
-    """Tuning of what widens the intervals beyond the sampling error."""
+    """Tuning of the errors beyond the sampling error."""
 
     wide_windows: tuple[float, float] = (2.5, 4.0)
     """Widths of further windows over that of the fit [-]; the widest also models an elastic
@@ -32,7 +32,7 @@ class IntervalTuning:
     fewest_deviations: float = 2.0
     """Difference between windows, in standard deviations, that counts [-]."""
     largest_p_value: float = 0.1
-    """Of a term that was not selected and whose effect counts all the same [-]."""
+    """p-value of a term that was not selected, below which its effect widens the intervals [-]."""
     smallest_ratio: float = 3e-3
     """Smallest over largest singular value of the columns of wide windows [-]: below it they do not
     determine the parameters."""
@@ -44,7 +44,7 @@ class IntervalTuning:
     """Standard deviation of the delay [samples] below which the log determines it."""
     similar_share: float = 0.2
     """Share of the slope of the effort that no combination of the other columns explains [-], below
-    which the estimate of the delay depends on what the model lacks."""
+    which the estimate of the delay depends on missing terms."""
     similar_factor: float = 5.0  #: Factor of the standard deviation of the delay there [-].
     unknown_asymmetry: float = 0.1
     """Standard deviation of the difference of viscous friction per direction from their mean, over
@@ -55,7 +55,9 @@ class IntervalTuning:
 
 
 _TINY = np.finfo(float).tiny
-_EXACT = 1e-9  # share below which a column is a combination of others
+_EXACT = 1e-9  # share of a column [-] below which it is a combination of others
+_ROWS_PER_PARAMETER = 4  # of wide windows [-]: fewer determine the difference too badly
+_LEAST_CHANCE = 0.1  # variance of a difference over that of the parameter, at least [-]
 
 
 def between_windows(
@@ -65,18 +67,18 @@ def between_windows(
     rows_of: Callable[[Model], ModelRows],
     tuning: IntervalTuning,
 ) -> Float[np.ndarray, " p"] | None:
-    """Return by how much the parameters differ over wider windows; None if by chance only.
+    """Return the change of the parameters [SI] over wider windows; None if it is within chance.
 
-    Wider windows leave out what is fast: a drive that resonates, presliding, a poor model of
-    transients. An elastic drive still adds a share of the fourth derivative of the position,
-    the first term in which its apparent inertia depends on frequency.
+    Wider windows attenuate fast effects: a drive that resonates, presliding, errors of the model in
+    transients. An elastic drive still adds a share of the fourth derivative of the position, the
+    first term in which its apparent inertia depends on frequency.
 
     ``rows_of`` returns the rows of a model.
     """
     shifts = np.zeros(len(rows.names))
     for k, factor in enumerate(tuning.wide_windows):
         wide = replace(model, rows=model.rows.widened(factor))
-        too_few = wide.rows.size < 4 * len(rows.names)
+        too_few = wide.rows.size < _ROWS_PER_PARAMETER * len(rows.names)
         if too_few or wide.rows.moves < tuning.fewest_moves * model.rows.moves:
             continue
         other = rows_of(wide)
@@ -90,7 +92,7 @@ def between_windows(
             if own is None:
                 continue
             shift = float(values[place] - value)
-            chance = float(np.sqrt(max(stds[place] ** 2 - own**2, 0.1 * own**2)))
+            chance = float(np.sqrt(max(stds[place] ** 2 - own**2, _LEAST_CHANCE * own**2)))
             if abs(shift) > max(tuning.fewest_deviations * chance, abs(shifts[place])):
                 shifts[place] = shift
     return shifts if np.any(shifts) else None
@@ -99,9 +101,9 @@ def between_windows(
 def between_moves(
     model: Model, rows: ModelRows, estimate: FrictionEstimate, tuning: IntervalTuning
 ) -> list[Float[np.ndarray, " p"]]:
-    """Return the jackknife differences between moves; none if they are what chance explains.
+    """Return the jackknife differences between moves [SI]; none if they are within chance.
 
-    A term that the model lacks acts differently in different moves.
+    A missing term acts differently in different moves.
     """
     folds = model.rows.folds
     if folds.size == 0:
@@ -121,18 +123,18 @@ def between_moves(
 def of_unknown_delay(
     model: Model, rows: ModelRows, tuning: IntervalTuning
 ) -> Float[np.ndarray, " p"] | None:
-    """Return the change of the parameters by a delay that the log does not determine.
+    """Return the change of the parameters by a delay that the log does not determine [SI].
 
     The delay has the prior N(0, s^2) with s the standard deviation of a uniform distribution
     over a sample: an effort that a faster controller changes between the samples acts up to a
     sample earlier than it is logged. The log adds the estimate d with standard deviation
-    sigma, and the root mean square of the posterior is the delay that counts. None if sigma is
-    small and the search could select a delay.
+    sigma. The change is that by the root mean square of the posterior. None if sigma is small and
+    the search could select a delay.
 
-    Where the slope of the effort is next to a combination of the other columns, sigma is taken
-    several times as large: d then depends on what the model lacks. A selected delay is then as
-    uncertain as it is large. Beside an elastic drive, a delay that its damping explains is not
-    selected, and counts whatever sigma is.
+    If the slope of the effort is nearly a combination of the other columns, sigma is taken several
+    times as large: d then depends on missing terms. The uncertainty of a selected delay is
+    then its size. Beside an elastic drive, a delay that its damping explains is not selected, and
+    its change is returned for any sigma.
     """
     if not testable(model):
         return None
@@ -156,7 +158,7 @@ def of_unknown_delay(
     size = tuning.unknown_delay * np.sqrt(1.0 - weight)
     if not selected:
         size = np.hypot(size, weight * delay)
-    elif similar:  # it may stand for what the model lacks
+    elif similar:  # it may replace a missing term
         size = max(size, abs(delay))
     shift = size * T * change
     return np.insert(shift, place, -size * T) if selected else shift
@@ -165,12 +167,12 @@ def of_unknown_delay(
 def of_unknown_asymmetry(
     model: Model, rows: ModelRows, terms: Sequence[Term], tuning: IntervalTuning
 ) -> Float[np.ndarray, " p"] | None:
-    """Return the change of the parameters by an asymmetry of viscous friction that is not selected.
+    """Return the change of the parameters [SI] by an asymmetry of viscous friction not selected.
 
-    Friction that differs between the directions is the rule, and its viscous part moves the
-    offset. It has a normal prior of zero mean; with the estimate of the log, the larger of mean and
-    standard deviation of the posterior is the asymmetry that counts. None if the model has it, or
-    may not.
+    Friction usually differs between the directions, and its viscous part moves the offset. The
+    asymmetry has a normal prior of zero mean, and the log adds its estimate. The change is that by
+    the larger of mean and standard deviation of the posterior. None if the model has this term, or
+    must not have it.
 
     ``terms`` are those that may be selected.
     """
@@ -195,10 +197,10 @@ def of_other_terms(
     selected_p_value: float,
     tuning: IntervalTuning,
 ) -> Float[np.ndarray, " p"] | None:
-    """Return the largest change of the parameters by a term that is nearly significant.
+    """Return the largest change of the parameters by a term that is nearly significant [SI].
 
-    A significant term that was not selected, as its columns are next to a combination of the
-    others, counts whatever its change. Viscous friction changes down to zero at most.
+    A significant term that was not selected, as its columns are nearly a combination of the others,
+    counts at any conditioning. Viscous friction changes down to zero at most.
 
     ``terms`` are those that were tried, significant below ``selected_p_value``.
     """

@@ -13,20 +13,20 @@ LARGEST_CUTOFF = 100.0
 """Cutoff frequency [Hz] published for the EMPS benchmark; drives act below it."""
 
 SAMPLES_PER_PERIOD = 10.0
-"""At least so many samples in a period of the cutoff: central differences are accurate there."""
+"""Fewest samples in a period of the cutoff [-]: central differences are accurate there."""
 
 REST_SPEED = 0.005
-"""Speed below which the axis may be at rest, as a fraction of the largest speed in the log."""
+"""Speed below which the axis may be at rest, over the largest speed in the log [-]."""
 
 REST_NOISE = 3.0
-"""The same in standard deviations of the speed's noise."""
+"""The same in standard deviations of the speed's noise [-]."""
 
 REST_PERIODS = 2.0
-"""Least duration of a rest in periods of the cutoff: a reversal passes through low speed faster."""
+"""Least duration of a rest [periods of the cutoff]: a reversal passes through low speed faster."""
 
-_NOISE_DIFFERENCE = 6  # order of the difference that leaves noise and removes smooth motion
-_NOISE_QUANTILE = 0.8  # the largest fifth of the differences are jumps, not noise
-_FREQUENCIES = 4096  # for integrals over the spectrum
+_NOISE_DIFFERENCE = 6  # order of the difference that removes smooth motion and keeps noise
+_NOISE_QUANTILE = 0.8  # the largest fifth of the differences may be jumps [-]
+_FREQUENCIES = 4096  # for integrals over the spectrum [-]
 _NOISE_QUANTILE_NORMAL = 1.2815515655446004  # that quantile of abs(standard normal)
 
 DECIMATION_ORDER = 8
@@ -36,7 +36,7 @@ DECIMATION_PASSBAND = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class LowPass:
-    """A Butterworth low-pass run forwards and backwards, so that it does not delay."""
+    """A Butterworth low-pass run forwards and backwards, without delay."""
 
     order: int  #: Of one pass.
     cutoff: float  #: -3 dB frequency of one pass [Hz].
@@ -117,9 +117,9 @@ def noise_level(values: Float[np.ndarray, " n"]) -> float:
 
 
 def noise_quantile(magnitudes: Float[np.ndarray, " n"]) -> float:
-    """Return the standard deviation of which magnitudes of normal values have their 80 % quantile.
+    """Return the standard deviation of normal values by the 80 % quantile of their magnitudes.
 
-    The largest fifth is free to be jumps of the motion.
+    The largest fifth may be jumps of the motion.
     """
     return float(np.quantile(magnitudes, _NOISE_QUANTILE)) / _NOISE_QUANTILE_NORMAL
 
@@ -137,7 +137,7 @@ def rests(
 ) -> Bool[np.ndarray, " n"]:
     """Mark the samples of stretches in which the speed stays below a threshold long enough.
 
-    A reversal passes through low speeds too, but quickly; a rest lasts.
+    A reversal passes through low speeds too, in a shorter time than a rest.
     """
     slow = np.abs(velocity) < threshold
     edges = np.flatnonzero(np.diff(np.concatenate(([False], slow, [False]))))

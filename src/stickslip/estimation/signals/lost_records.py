@@ -18,23 +18,23 @@ class LostRecordTuning:
     """Step of the position over those around it [-], from which records may be lost in it."""
     whole: float = 0.25
     """Largest deviation of such a ratio from a whole number [-]: half of the ratios of other jumps
-    have a larger one."""
+    deviate more."""
     certain: float = 0.08  #: Standard deviation of a ratio [-], below which its deviation counts.
     alike: float = 0.3
     """Relative deviation of a step from the median of three [-], up to which the axis moves evenly
     there: no motion doubles its speed for one sample only."""
     fewest: int = 4
-    """Fewest places where records are lost [-]: fewer do little harm, and a few ratios are whole by
-    chance."""
+    """Fewest places where records are lost [-]: fewer cause small errors, and a few ratios are
+    whole by chance."""
     most_others: float = 0.1
-    """Other uneven steps over the places with whole ratios [-]: a position that is
-    delayed by a sample in places has as many short steps as long ones."""
+    """Other uneven steps over the places with whole ratios [-]: a position that is delayed by a
+    sample in places has as many short steps as long ones."""
 
 
 def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, list[str]]:
-    """Return a log whose time stamps have steps where records are lost, and the notes on them.
+    """Return a log whose time stamps have steps where records are lost, and notes on them.
 
-    Time stamps that were counted, and not measured, are even across lost records: the position then
+    Time stamps that were counted, and not measured, are even across lost records. The position then
     steps by a whole multiple of the steps around it.
 
     Parameters
@@ -42,7 +42,7 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
     log
         Returned as it is if its time stamps jitter or have gaps, or if no records are lost.
     tuning
-        Of the search.
+        Tuning of the search.
     """
     T, x = log.sampling_time, log.measured_position
     steps = np.diff(x)
@@ -56,7 +56,7 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
     inner = steps[_BESIDE:-_BESIDE]
     usual = 0.5 * (before + after)
     noise = position_noise(x)
-    # Next to no steps beside one: nothing is certain
+    # Steps close to zero make ratios overflow; they are not certain
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         ratios = np.where((before * after > 0.0), inner / usual, 0.0)
         stds = noise * np.hypot(np.sqrt(2.0), _OF_MEDIANS * ratios)
@@ -79,9 +79,9 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
     return replace(log, time=log.time + T * np.cumsum(missing)), [note]
 
 
-_FEWEST_STEPS = 20  # of a log: fewer leave hardly a step with enough others on either side
-_BESIDE = 3  # steps on either side
-_OF_MEDIANS = 0.5  # standard deviation of their mean over that of a position
+_FEWEST_STEPS = 20  # of a log [-]: with fewer, few steps have enough others on either side
+_BESIDE = 3  # steps on either side that are compared [-]
+_OF_MEDIANS = 0.5  # standard deviation of the mean of their medians over that of a position [-]
 
 
 def _medians(

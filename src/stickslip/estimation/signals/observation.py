@@ -1,4 +1,4 @@
-"""The motion that a log shows, with its noise estimated and kept out of the regressors."""
+"""Motion of a log, with its noise estimated and kept out of the regressors."""
 
 from dataclasses import dataclass
 
@@ -19,43 +19,42 @@ from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisLog
 
 CLEAN = 1e-6
-"""Noise below this fraction of the largest value is taken for rounding, and nothing is smoothed."""
+"""Noise over the largest value [-] below which it counts as rounding, and nothing is smoothed."""
 
 CLEAN_STEP = 1e-4
-"""The same for positions, of the rms step from sample to sample: the range grows with the log, but
-a micrometre of noise does not turn into rounding after a metre of travel."""
+"""The same for positions, over the rms step from sample to sample [-]: the range of the positions
+grows with the log, and noise would count as rounding after a long travel."""
 
 HYSTERESIS = 10.0
-"""A reversal counts beyond so many standard deviations of the smoothed position: its noise is
-correlated, and a false reversal adds twice its size to the way travelled."""
+"""Least size of a reversal in standard deviations of the smoothed position [-]: its noise is
+correlated, and a false reversal adds twice its size to the distance travelled."""
 
 CERTIFIED = 1.4
-"""Rough values count as noise if they are at most so many times what the disagreement of positions
-and velocities allows."""
+"""Largest ratio of the estimated noise to the one that positions and velocities allow [-], up to
+which rough values count as noise."""
 
 HARMLESS = 0.01
-"""Noise below this fraction of the rms speed is smoothed only if it is certified: it does less harm
+"""Noise over the rms speed [-] below which it is smoothed only if it is certified: it biases less
 than a filter that smooths the motion too."""
 
-_QUANTILE = 0.8  # the largest fifth of the disagreements are jumps of the force, not noise
+_QUANTILE = 0.8  # the largest fifth of the differences may be jumps of the force [-]
 _QUANTILE_NORMAL = 1.2815515655446004  # that quantile of abs(standard normal)
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotionNoise:
-    """Standard deviations of the white noise on the measurements; 0 where it is rounding only."""
+    """Standard deviations of the white noise on the measurements; 0 if it is rounding only."""
 
     position: float  #: Of the measured values [m or rad].
     velocity: float  #: Of the measured values [m/s or rad/s]; 0 if it is not measured.
     smooth_position: float  #: Of what is used in the regressors [m or rad].
     smooth_velocity: float  #: Of what is used in the regressors [m/s or rad/s].
-    #: Whether the measured velocity is better smoothed, and its sign in a single sample means
-    #: nothing.
+    #: Whether the measured velocity needs smoothing: its sign in a single sample is not certain.
     noisy: bool
 
     @property
     def used_velocity(self) -> float:
-        """Noise of the velocity that energies are made from, measured or differentiated."""
+        """Noise of the velocity in the energies [m/s or rad/s], measured or differentiated."""
         return self.velocity if self.velocity > 0 else self.smooth_velocity
 
 
@@ -81,7 +80,7 @@ def motion_noise(
     low_pass: LowPass,
     sampling_time: float,
 ) -> MotionNoise:
-    """Return the noise of a stretch's measurements and of what `observe` makes of them."""
+    """Return the noise of a stretch's measurements and of the motion that `observe` returns."""
     if velocity is None:
         sw = position_noise(position)
         return MotionNoise(
@@ -114,7 +113,7 @@ def motion_noise(
 def largest_noise(
     position: Float[np.ndarray, " n"], velocity: Float[np.ndarray, " n"], sampling_time: float
 ) -> tuple[float, float]:
-    """Return the largest noise that positions and velocities can have, as well as they agree.
+    """Return the largest noise of positions and velocities that their agreement allows [SI].
 
     Where the force is held over each sample, dx / T is the mean velocity of its ends, however fast
     the motion is for the sampling. With noise sigma_x and sigma_v the difference d of both has
@@ -143,14 +142,14 @@ def fuse(
     """Return the position that fits measured positions and velocities best.
 
     Least squares of both errors, with the step of the position over a sample T (v_- + v) / 2: no
-    motion is assumed smooth, so nothing is smeared. Without noise (standard deviation) on one of
-    them, it is followed.
+    motion is assumed smooth, so nothing is smoothed. A signal without noise (standard deviation
+    [m or rad, m/s or rad/s]) is reproduced.
     """
     if position_noise == 0:
         return position
     step = 0.5 * sampling_time * (velocity[1:] + velocity[:-1])
     at_position = 1.0 / position_noise**2
-    # Neighbouring steps share a velocity; over many steps their errors add up to T sigma_v each
+    # Neighbouring steps share a velocity: over many steps each adds an error of T sigma_v
     at_step = 1.0 / max(sampling_time * velocity_noise, CLEAN * position_noise) ** 2
     bands = np.zeros((2, position.size))
     bands[1] = at_position

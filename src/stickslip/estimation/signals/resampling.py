@@ -1,4 +1,4 @@
-"""From time stamps with jitter or lost samples to the uniform samples that filters need."""
+"""Resampling of logs whose time stamps jitter, as filters need uniform samples."""
 
 from dataclasses import replace
 
@@ -9,16 +9,15 @@ from scipy.interpolate import CubicSpline
 from stickslip.records import AxisLog
 
 SMALLEST_JITTER = 0.01
-"""Deviation of a time step, in sampling times, below which samples are taken as uniform."""
+"""Deviation of a time step [sampling times] below which samples are taken as uniform."""
 
 
 def resampled(log: AxisLog, *, held: bool = True) -> tuple[AxisLog, tuple[str, ...]]:
-    """Return a log with uniform samples between its gaps, and a note if it had to be made.
+    """Return a log with uniform samples between its gaps, and a note if it was resampled.
 
-    Where the time stamps have jitter, positions are interpolated by a cubic spline, velocities
-    linearly, and the effort is the mean of what was held during each new sample, so that the input
-    energy stays what it was. An effort that is not ``held`` is the value at the time stamp, and
-    interpolated linearly.
+    If the time stamps jitter, positions are interpolated by a cubic spline and velocities linearly.
+    The effort is the mean of the held effort over each new sample, which keeps the input energy. An
+    effort that is not ``held`` is the value at the time stamp, and is interpolated linearly.
     """
     if log.timing_jitter < SMALLEST_JITTER:
         return log, ()

@@ -1,4 +1,4 @@
-"""What position sensors leave of a motion, and the low-pass that copes with it."""
+"""Noise and steps of position sensors, and the low-pass that they need."""
 
 from collections.abc import Iterable
 
@@ -13,20 +13,20 @@ QUIET_VELOCITY = 0.01
 biases viscous friction by its square, and turns the sign of slow motion."""
 
 LEAST_CUTOFF = 5.0
-"""Cutoff frequency [Hz] below which it is not lowered: friction turns with the motion."""
+"""Lowest cutoff frequency [Hz]: friction changes its direction with the motion."""
 
-_STEP = 1.4  # from cutoff to cutoff
-_MOTION_FOR_NOISE = 2.0  # what a step may take away in all, for the noise that it takes away
-_HARMLESS = 0.001  # of the power
-_EDGE_PERIODS = 2.0  # of the lowest cutoff: there the filter guesses
-_FEW_STEPS = 10  # a log that holds no more is one of an axis at rest
+_STEP = 1.4  # ratio of one cutoff to the next lower one [-]
+_MOTION_FOR_NOISE = 2.0  # largest power that a step removes, over that of the noise it removes [-]
+_HARMLESS = 0.001  # share of the power that a step may remove besides [-]
+_EDGE_PERIODS = 2.0  # of the lowest cutoff, at both ends: the filter extrapolates there
+_FEW_STEPS = 10  # most steps of the position of an axis at rest [-]
 
 
 def encoder_step(position: Float[np.ndarray, " n"]) -> float:
-    """Return the step of the encoder that a position was read from [m or rad], 0 if none is seen.
+    """Return the step of the encoder behind a position [m or rad]; 0 if none is detected.
 
-    It is seen where the axis takes many samples from count to count: most steps then stand alone
-    between equal samples. A coarse look at a fast motion shows large steps too, but one after the
+    It is detected if the axis takes many samples from count to count: most steps are then isolated
+    between equal samples. Slow sampling of a fast motion gives large steps too, but one after the
     other. The position has no gaps.
     """
     steps = np.abs(np.diff(position))
@@ -55,10 +55,10 @@ def chosen_cutoff(
 ) -> tuple[float, tuple[str, ...]]:
     """Return the cutoff [Hz] at which velocities from positions are quiet, and a note on it.
 
-    That of the low-pass given, unless noise makes more than 1 % of such a velocity: then the cutoff
-    is lowered until it does not, or until the filter takes more motion away than noise. The longest
-    stretch must hold the ``shortest`` number of its periods. ``load``: that of the load is needed
-    too.
+    It is that of the low-pass unless noise makes more than 1 % of such a velocity: then the cutoff
+    is lowered until it does not, or until the filter removes more motion than noise. ``shortest``
+    is the least number of its periods in the longest stretch [-], ``load`` whether the velocity of
+    the load is needed too.
     """
     longest = longest_in_motion(log.segments())
     positions: list[Float[np.ndarray, " n"]] = []

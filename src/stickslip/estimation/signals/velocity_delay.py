@@ -1,4 +1,4 @@
-"""Find measured velocities that are not those of the positions they stand beside."""
+"""Detection of measured velocities that disagree with the measured positions."""
 
 from dataclasses import dataclass, replace
 
@@ -10,22 +10,22 @@ from stickslip.estimation.signals.sensor_noise import longest_in_motion
 from stickslip.records import AxisLog, InputError
 
 LARGEST_DELAY = 0.1
-"""Delay, in samples, that a measured velocity may have: half a sample already moves energies from
-friction to inertia."""
+"""Largest delay of a measured velocity [samples]: half a sample moves energy from friction to
+inertia."""
 
 LARGEST_GAIN_ERROR = 0.005
-"""Share by which a measured velocity may be too large: the inertia follows it squared."""
+"""Largest relative error of a measured velocity [-]: the inertia changes with its square."""
 
 PLAUSIBLE_GAIN = (0.5, 2.0)
-"""A velocity that is a multiple of the position's derivative beyond this is in another unit, has
-the wrong sign, or is another quantity."""
+"""Velocity over the derivative of the position [-], outside of which it is in another unit, has the
+wrong sign, or is another quantity."""
 
 LEAST_RANGE = 30.0
-"""Range of positions, in units of their noise, beyond which the axis surely moves."""
+"""Range of positions over their noise [-], beyond which the axis moves for certain."""
 
-_SIGNIFICANCE = 5.0
-_LEAST_SAMPLES = 50
-_SHIFT_PERIODS = 1.0  # of the cutoff: the noise of two samples so far apart hardly correlates
+_SIGNIFICANCE = 5.0  # standard deviations beyond which an error counts [-]
+_LEAST_SAMPLES = 50  # rows of the comparison [-]: its normal approximation needs them
+_SHIFT_PERIODS = 1.0  # of the cutoff: noise is almost uncorrelated over this time
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class VelocityMatch:
 
     gain: float  #: [-].
     gain_std: float  #: Its standard deviation [-].
-    delay: float  #: Negative if the velocity comes early [s].
+    delay: float  #: Delay of the velocity [s]; negative if it precedes the motion.
     delay_std: float  #: Its standard deviation [s].
     #: Relative error of the comparison if the acceleration changes within the samples [-].
     trapezium_error: float
@@ -54,9 +54,9 @@ class VelocityMatch:
         return error > allowed and error > _SIGNIFICANCE * self.gain_std
 
     def shifted(self, sampling_time: float) -> bool:
-        """Return whether the velocity comes late or early."""
-        late = abs(self.delay)
-        return late > LARGEST_DELAY * sampling_time and late > _SIGNIFICANCE * self.delay_std
+        """Return whether the velocity has a delay, for a sampling time [s]."""
+        size = abs(self.delay)
+        return size > LARGEST_DELAY * sampling_time and size > _SIGNIFICANCE * self.delay_std
 
 
 def velocity_match(
@@ -65,15 +65,15 @@ def velocity_match(
     low_pass: LowPass,
     sampling_time: float,
 ) -> VelocityMatch | None:
-    """Return how a velocity compares with a position, or None where nothing can be said.
+    """Return how a velocity compares with a position, or None if the motion does not show it.
 
-    A velocity of gain g that is late by tau is v = g (dx/dt - tau d2x/dt2), so that dx/dt is
+    A velocity with the gain g and the delay tau is v = g (dx/dt - tau d2x/dt2), so that dx/dt is
     v / g + (tau / g) dv/dt. Both sides are low-passed alike. Noise of v would bias 1/g to zero, so
     the equations are multiplied by v and dv/dt of some samples earlier and later (instrumental
     variables), which share the motion and not the noise.
     """
     T = sampling_time
-    # Run both ways, the low-pass leaves about one independent sample in a period of its cutoff
+    # The low-pass, run both ways, leaves about one independent sample in a period of its cutoff
     period = max(1.0 / (low_pass.cutoff * T), 1.0)
     shift = max(round(_SHIFT_PERIODS * period), 1)
     if position.size < _LEAST_SAMPLES + 2 * shift:
@@ -109,10 +109,11 @@ def velocity_match(
 def without_wrong_velocity(
     log: AxisLog, low_pass: LowPass, *, load: bool
 ) -> tuple[AxisLog, tuple[str, ...]]:
-    """Return the log without velocities that are late, early or too large, and notes on them.
+    """Return the log without velocities with a delay or another scale, and notes on them.
 
-    Drives often log the difference of the last two positions, half a sample late, or a filtered
-    velocity. The position is the better measure. A velocity of another unit or sign is refused.
+    Drives often log the difference of the last two positions, with a delay of half a sample, or a
+    filtered velocity. Differences of the position are more accurate. A velocity of another unit or
+    sign is an InputError.
     """
     notes: tuple[str, ...] = ()
     longest = longest_in_motion(log.segments())
@@ -141,7 +142,7 @@ def _error(
     velocity: Float[np.ndarray, " n"],
     low_pass: LowPass,
 ) -> str | None:
-    """Return what is wrong with a velocity, or None."""
+    """Return the error of a velocity in words, or None."""
     T = log.sampling_time
     unit = log.unit("velocity")
     moves = float(np.ptp(position)) > LEAST_RANGE * noise_level(position)
@@ -166,6 +167,6 @@ def _error(
         errors.append(f"{match.gain:.4g} times the derivative of the position")
     if match.shifted(T):
         side = "late" if match.delay > 0 else "early"
-        late = abs(match.delay)
-        errors.append(f"{1e3 * late:.3g} ms {side} against the position ({late / T:.2g} samples)")
+        size = abs(match.delay)
+        errors.append(f"{1e3 * size:.3g} ms {side} against the position ({size / T:.2g} samples)")
     return " and ".join(errors) or None

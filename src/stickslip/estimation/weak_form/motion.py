@@ -22,8 +22,7 @@ class MotionTuning:
     history of the motion act below it; twice or half of it changes little."""
     slow_noise: float = 5.0  #: The same in standard deviations of the speed's noise [-].
     narrowest: int = 4  #: Half of the narrowest window for a velocity [samples].
-    widest: float = 0.05
-    """Half of the widest window for a velocity [s]: moves are longer."""
+    widest: float = 0.05  #: Half of the widest window for a velocity [s]: moves are longer.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +61,7 @@ class SlipMotions:
     def moving(
         self, values: Callable[[SlipMotion], Float[np.ndarray, " n"]]
     ) -> Float[np.ndarray, " m"]:
-        """Return a function of the motion at the samples in slip."""
+        """Return a function of the motion at the samples in slip, in its unit."""
         return np.concatenate([values(m)[m.direction != 0] for m in self.stretches])
 
     @property
@@ -97,10 +96,13 @@ class SlipMotions:
         return float(np.quantile(moving, 0.99)) if moving.size else 0.0
 
 
-_FAR = 3.0  # ranges of the position: an axis whose origin is so far away has its spring elsewhere
-_GROWTH = 1.4  # of a window, from one trial to the next
-_LEAST_WINDOWS = 20  # in the longest stretch
-_DIFFERENCE = 6  # order of the difference that leaves noise and removes smooth motion
+_FAR = 3.0
+"""Distance of the travel from the origin over the range of positions [-], beyond which a spring has
+its rest position elsewhere."""
+
+_GROWTH = 1.4  # ratio of one half-width to the one before [-]
+_LEAST_WINDOWS = 20  # half-widths in the longest stretch [-]: wider windows leave too little of it
+_DIFFERENCE = 6  # order of the difference that removes smooth motion and keeps noise
 
 
 def slip_motions(log: PreparedLog, tuning: MotionTuning) -> SlipMotions:
@@ -137,7 +139,7 @@ def slip_motions(log: PreparedLog, tuning: MotionTuning) -> SlipMotions:
 def _velocities(
     log: PreparedLog, noise: float, tuning: MotionTuning
 ) -> tuple[list[Float[np.ndarray, " _"]], float]:
-    """Return velocities smoothed over the narrowest window that quiets the encoder, and `slow`."""
+    """Return velocities from the narrowest window that is quiet enough, and the speed `slow`."""
     T = log.sampling_time
     half = tuning.narrowest
     longest = max(part.position.size for part in log.parts)
@@ -162,7 +164,7 @@ def _smoothed(position: Float[np.ndarray, " n"], weight: Weight) -> Float[np.nda
 def _noise_in_motion(
     log: PreparedLog, velocities: list[Float[np.ndarray, " _"]], slow: float
 ) -> float:
-    """Return the noise of positions while the axis moves, where the jitter of a clock shows."""
+    """Return the noise of positions while the axis moves, jitter of the clock included."""
     differences: list[Float[np.ndarray, " _"]] = []
     for part, velocity in zip(log.parts, velocities, strict=True):
         moving = np.abs(velocity) >= slow

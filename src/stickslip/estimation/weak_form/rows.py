@@ -19,10 +19,10 @@ Column = Callable[[SlipMotion], Float[np.ndarray, " n"]]
 ANY = (-np.inf, np.inf)  #: Bounds of a coefficient of either sign.
 
 ROWS_PER_WINDOW = 6
-"""Rows in the width of a window: the weight passes next to nothing that they cannot hold."""
+"""Rows in the width of a window [-]: the weight attenuates all frequencies that they alias."""
 
 FEWEST_FOLDS = 4
-"""Groups of rows that are left out of a fit in turn, for a standard error of what that costs."""
+"""Fewest groups of rows that are left out in turn [-], for a standard error of the prediction."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,16 +32,15 @@ class Shape:
     names: tuple[str, ...]
     columns: tuple[Column, ...]
     value: float = 0.0  # of the shape, such as a Stribeck velocity [SI]; 0 if there is one only
-    bounds: tuple[float, float] = ANY
-    """Between which the coefficients must lie for the term to be what it is named after [SI]."""
+    bounds: tuple[float, float] = ANY  #: Bounds of the coefficients [SI].
     slope: tuple[str, Callable[[Float[np.ndarray, " p"]], Column]] | None = None
-    """Parameter that ``value`` is, and the derivative of the effort with respect to it as a
-    function of the coefficients; None where it is not reported so."""
+    """Name of ``value`` as a parameter, and the derivative of the effort with respect to it as a
+    function of the coefficients; None if it is not a parameter."""
     of_effort: bool = False
     """Whether the columns are functions of the effort: they are held and delayed like it."""
 
     def allows(self, values: Float[np.ndarray, " p"]) -> bool:
-        """Return whether the term can have these coefficients."""
+        """Return whether the coefficients [SI] are within the bounds."""
         return bool(np.all((values > self.bounds[0]) & (values < self.bounds[1])))
 
 
@@ -145,7 +144,7 @@ class WindowRows:
         return self._filtered(column, lambda own: own.weight.mean())
 
     def means(self, shape: Shape) -> Float[np.ndarray, "n p"]:
-        """Return the weighted means of the columns of a shape; kept unless of the effort."""
+        """Return the weighted means of the columns of a shape; cached unless of the effort."""
         if shape.of_effort:  # they depend on the delay of these rows
             held = [
                 self._filtered(column, lambda own: own.weight.effort(own.delay))
@@ -161,7 +160,7 @@ class WindowRows:
     def moved(self, samples: int) -> "WindowRows":
         """Return rows of the same windows a sample later (1) or earlier (-1), computed once.
 
-        Windows are laid so that they may move by one sample and no more.
+        The windows leave room for one sample and no more.
         """
         known = self._moved.get(samples)
         if known is None:
@@ -178,7 +177,7 @@ class WindowRows:
     def _filtered(
         self, column: Column, taps_of: Callable[["WindowRows"], Float[np.ndarray, " k"]]
     ) -> Float[np.ndarray, " n"]:
-        """Return a column convolved with taps, which rows of several logs have for each of them."""
+        """Return a column convolved with taps; rows of several logs have taps for each log."""
         taps = taps_of(self)
         return self._at_middles(lambda motion: convolved(column(motion), taps))
 
@@ -198,10 +197,10 @@ def _from_start(motion: SlipMotion) -> Float[np.ndarray, " n"]:
 
 
 def window_rows(motions: Sequence[SlipMotion], weight: Weight, delay: float = 0.0) -> WindowRows:
-    """Lay windows over the moves of stretches without gaps, at least one.
+    """Return windows over the moves of stretches without gaps, of which there is at least one.
 
-    Each holds usable samples of one direction only. The effort acts by ``delay`` samples later than
-    it is logged.
+    Each window holds usable samples of one direction only. ``delay`` is the time by which the
+    effort acts later than it is logged [samples].
     """
     stride = max(2 * weight.half_width // ROWS_PER_WINDOW, 1)
     every: list[Int[np.ndarray, " _"]] = []

@@ -1,7 +1,7 @@
 """Weighted means of the force balance over short windows in which the axis slips one way.
 
 Multiply the force balance ``u = m a + c v + f_c sign(v) + f_0 + ...`` by a smooth weight phi of
-compact support and integrate. By parts,
+compact support and integrate by parts:
 
     int phi u dt = m int phi'' x dt - c int phi' x dt + f_c sign(v) + f_0 + ...      (int phi = 1)
 
@@ -20,7 +20,7 @@ from scipy import ndimage, signal
 
 from stickslip.estimation.fit.intervals import Overlap
 
-_LONG = 200  # taps: beyond, a Fourier transform is faster
+_LONG = 200  # taps, above which a Fourier transform is faster
 _ORDER = 4  # of the weight (1 - s^2)^n: three continuous derivatives at the ends of its support
 
 
@@ -63,10 +63,11 @@ class Weight:
         return self._with_moments(4, moments) / self.sampling_time**4
 
     def effort(self, delay: float) -> Float[np.ndarray, " taps"]:
-        """Return the taps of int phi u dt for an effort that acts ``delay`` samples late [-].
+        """Return the taps of int phi u dt [-] for an effort with a delay [samples].
 
-        The effort is held from its time stamp to the next, or smooth between them if it has a lead.
-        A mean over a sample adds 1/12 to the second moment of a smooth effort.
+        The effort acts later than it is logged by the delay. It is held from its time stamp to the
+        next, or smooth between them if it has a lead. A mean over a sample adds 1/12 to the second
+        moment of a smooth effort.
         """
         if self.averaged:
             moments = {0: 1.0, 1: 0.0, 2: self._variance - 1.0 / 12.0}
@@ -108,9 +109,9 @@ class Weight:
     ) -> Float[np.ndarray, " taps"]:
         """Return a derivative of phi at k samples from the middle, with moments sum taps k^n.
 
-        The k are those of the samples, later by a delay [samples].
-        A sum over few samples differs from the integral. With the moments of the integral it is
-        exact for polynomials up to the highest of their orders.
+        The k are those of the samples plus a delay [samples]. A sum over few samples differs from
+        the integral. With the moments of the integral it is exact for polynomials up to the highest
+        of their orders.
         """
         k = self._steps() + delay
         taps = self._at(k, order)

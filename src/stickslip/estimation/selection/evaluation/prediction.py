@@ -92,7 +92,7 @@ def predict_effort(
 def prediction_error(
     estimate: FrictionEstimate, log: AxisLog, *, inertia: float | None = None
 ) -> float | None:
-    """Return the share of the effort that the prediction leaves, over windows in slip [-].
+    """Return the share of the effort that the prediction does not explain, in slip [-].
 
     Norm of the error over norm of the effort, both means over windows as wide as those that
     `SelectedModelEstimator` fits the log over, without clipped and repaired samples. None if no
@@ -105,11 +105,11 @@ def prediction_error(
     prepared = _moving(log, selection.effort_kind)
     motions, weight = _windows(prepared, None)
     taps = weight.mean()
-    late = selection.effort_delay + (0.5 - prepared.effort_lead) * prepared.sampling_time
+    delay = selection.effort_delay + (0.5 - prepared.effort_lead) * prepared.sampling_time
     left = size = 0.0
     for motion in motions.stretches:
         effort = _effort(values, selection, motion, weight)
-        effort = np.interp(motion.time + late, motion.time, effort, left=np.nan, right=np.nan)
+        effort = np.interp(motion.time + delay, motion.time, effort, left=np.nan, right=np.nan)
         effort = _logged(values, selection, motion.time, effort)
         known = np.isfinite(effort)
         error = motion.effort - np.where(known, effort, motion.effort)
@@ -207,10 +207,10 @@ def _middles(
     return time
 
 
-_GAP = 3.0  # sampling times: nothing is held beyond
+_GAP = 3.0  # sampling times [-], beyond which a step of time is a gap and no effort is held
 
 
-_SHAPES = ("ripple_period", "presliding_distance", "effort_delay")  # which the selection holds too
+_SHAPES = ("ripple_period", "presliding_distance", "effort_delay")  # also in the selection
 
 
 def _values(estimate: FrictionEstimate, log: AxisLog, inertia: float | None) -> dict[str, float]:

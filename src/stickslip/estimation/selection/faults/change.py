@@ -22,11 +22,12 @@ class ChangeTuning:
     smallest_change: float = 0.05
     """Relative change [-]: a smaller one makes parameters wrong by less than half of it."""
     smallest_share: float = 2e-3
-    """Of the effort that it must explain [-]: twice that of a term, as a sudden change is rarer."""
+    """Share of the effort that it must explain [-]: twice that of a term, as a sudden change is
+    rarer."""
     largest_p_value: float = 5e-3
-    """Of the change at the best instant [-]: with the limit of its size, the comparison with drifts
-    and the larger of two p-values there are next to no false alarms, although the instant is
-    searched. 1e-3 misses one change of the gain in about ten."""
+    """p-value of the change at the best instant [-]: together with the limit of its size, the
+    comparison with drifts and the larger of two p-values, false alarms are rare although the
+    instant is searched. 1e-3 misses one change of the gain in about ten."""
 
 
 def sudden_change(model: Model, tuning: ChangeTuning) -> str:

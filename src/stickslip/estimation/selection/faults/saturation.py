@@ -14,11 +14,12 @@ from stickslip.records import AxisLog
 
 @dataclass(frozen=True, kw_only=True)
 class SaturationTuning:
-    """What proves that a drive saturates."""
+    """Tuning of the test for saturation."""
 
     highest_followed: float = 0.98  #: Effort over the limit [-], below which the drive follows.
     fewest_followed: float = 0.4
-    """Share of the windows below the limit [-]: a limit that is met in most of them is friction."""
+    """Share of the windows below the limit [-]: a limit that is reached in most of them is
+    friction."""
     smallest_excess: float = 0.02
     """Excess of the logged effort, relative to the limit [-], below which a window does not count:
     its effect is within the noise."""
@@ -44,10 +45,9 @@ def without_saturation(
 def saturates(model: Model, motions: SlipMotions, limit: float, tuning: SaturationTuning) -> bool:
     """Return whether the effort that moves the axis stays at a limit where the logged one does not.
 
-    The model is that of the samples within the limit. The excess of an effort over a limit explains
-    part of any effort, so that its coefficient alone proves nothing.
-
-    The model is fitted to the windows in which the effort is within the limit.
+    The model is that of the samples within the limit, and is fitted to the windows in which the
+    effort is within it. The excess of an effort over a limit explains part of any effort, so that
+    its coefficient alone is no proof. ``limit`` is that of the drive [N or N m].
     """
     every = replace(model, rows=window_rows(motions.stretches, model.rows.weight, model.rows.delay))
     if model.rows.size < tuning.fewest_followed * every.rows.size:
