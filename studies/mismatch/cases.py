@@ -135,6 +135,12 @@ _ALL = (
     _case("unmodelled", "rate_20", "sampled at 20 Hz", "rate_20"),
     _case("unmodelled", "saturated", "command logged, drive saturates", "saturated"),
     _case("unmodelled", "clipped", "logged effort clipped at its range", "clipped"),
+    _case(
+        "unmodelled",
+        "clipped_in_noise",
+        "logged effort clipped before its noise",
+        "clipped_in_noise",
+    ),
     _case("unmodelled", "spikes", "spikes in 0.2 % of the effort", "spikes"),
     _case("unmodelled", "resonance", "drive resonance at 20-60 Hz", "resonance"),
     _case("unmodelled", "backlash", "backlash, friction on both sides", "backlash"),

@@ -249,6 +249,13 @@ def _clipped(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     return replace(columns, effort=np.clip(columns.effort, -bound, bound))
 
 
+def _clipped_in_noise(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    """Clip the effort, and then add 3 to 100 % of the usual noise."""
+    effort = _clipped(replace(columns, effort=columns.run.effort), setup, rng).effort
+    noise = 10.0 ** rng.uniform(-1.5, 0.0) * setup.noise * columns.limit
+    return replace(columns, effort=effort + noise * rng.standard_normal(effort.size))
+
+
 def _spikes(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     hit = rng.random(columns.effort.size) < 0.002
     size = rng.uniform(1.0, 5.0, hit.size) * rng.choice([-1.0, 1.0], hit.size) * columns.limit
@@ -401,6 +408,7 @@ EFFECTS: dict[str, Effect] = {
     "delay_5": _delay(5.0),
     "saturated": Effect(change=_saturated, distort=_log_command),
     "clipped": Effect(distort=_clipped),
+    "clipped_in_noise": Effect(distort=_clipped_in_noise),
     "spikes": Effect(distort=_spikes),
     "quantized": Effect(distort=_quantized),
     "coarse": Effect(distort=_coarse),

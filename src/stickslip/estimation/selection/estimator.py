@@ -14,6 +14,12 @@ from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.dwell import DwellTuning, RestedLog, with_dwell
 from stickslip.estimation.selection.faults.change import ChangeTuning, sudden_change
+from stickslip.estimation.selection.faults.clipping import (
+    ClippingTuning,
+    clipped,
+    plateaus,
+    without_plateaus,
+)
 from stickslip.estimation.selection.faults.saturation import (
     SaturationTuning,
     saturates,
@@ -104,7 +110,7 @@ class SelectionTuning:
 
     Attributes
     ----------
-    motion, search, saturation, rival, dwell, intervals, change, plausibility
+    motion, search, clipping, saturation, rival, dwell, intervals, change, plausibility
         Tuning of the stages.
     effort_kind_gain
         Relative decrease of the residual for which an effort with uneven time stamps is taken as
@@ -121,6 +127,7 @@ class SelectionTuning:
 
     motion: MotionTuning = field(default_factory=MotionTuning)
     search: SearchTuning = field(default_factory=SearchTuning)
+    clipping: ClippingTuning = field(default_factory=ClippingTuning)
     saturation: SaturationTuning = field(default_factory=SaturationTuning)
     rival: RivalTuning = field(default_factory=RivalTuning)
     dwell: DwellTuning = field(default_factory=DwellTuning)
@@ -505,16 +512,33 @@ class SelectedModelEstimator:
         log, motions
             As prepared.
         """
+        motions, notes = self._unclipped(log, motions)
         model, terms = self._selected(log, motions)
         if SATURATION not in model.names:
-            return model, terms, motions, []
+            return model, terms, motions, notes
         limit = next(shape.value for term, shape in model.chosen if term.name == SATURATION)
         followed, note = without_saturation(motions, limit, log.log, self.tuning.saturation)
         model, terms = self._selected(log, followed, saturation=False)
         if saturates(model, motions, limit, self.tuning.saturation):
-            return model, terms, followed, [note]
+            return model, terms, followed, [*notes, note]
         model, terms = self._selected(log, motions, saturation=False)
-        return model, terms, motions, []
+        return model, terms, motions, notes
+
+    def _unclipped(self, log: PreparedLog, motions: SlipMotions) -> tuple[SlipMotions, list[str]]:
+        """Return the motions without samples that are clipped within the noise, and notes."""
+        tuning = self.tuning.clipping
+        found = plateaus(motions, tuning)
+        if not found.ends:
+            return motions, []
+        try:
+            model = self._with_delay(log, without_plateaus(motions, found, log.log)[0])
+        except InputError:  # no window is left
+            return motions, []
+        proven = clipped(model, motions, found, tuning)
+        if not proven.ends:
+            return motions, []
+        inside, note = without_plateaus(motions, proven, log.log)
+        return inside, [note]
 
     def _selected(
         self, log: PreparedLog, motions: SlipMotions, *, saturation: bool = True
