@@ -222,6 +222,18 @@ def test_rounded_stamps_of_no_uniform_clock_are_refused_by_that_name(resolution)
     assert refused.value.code == "time_rounded"
 
 
+def test_a_lost_row_is_not_taken_for_rounding():
+    time = np.delete(1e-3 * np.arange(5000), 500)
+    log = read_stamps(time)
+    np.testing.assert_array_equal(log.time, time)
+
+
+def test_a_repeated_row_is_refused():
+    with pytest.raises(InputError) as refused:
+        read_stamps(np.insert(1e-3 * np.arange(5000), 500, 0.499))
+    assert refused.value.code == "time_not_increasing"
+
+
 def test_stamps_with_jitter_are_not_taken_for_rounded():
     steps = 1e-3 * np.random.default_rng(1).integers(8, 13, 5000)
     stamps = np.cumsum(steps)

@@ -47,6 +47,7 @@ _MOST_GAPS = 0.01
 """Share of the steps that are gaps in a uniform clock, or that are zero by chance [-]."""
 
 _FEWEST_STEPS = 20  # of stamps that show a uniform clock [-]
+_FEWEST_OF_A_KIND = 2  # of the rarer step [-]: a single one is a repeated or a lost row
 
 _ROUNDED = 1e-6  # relative error of a step: differences of large stamps are not exact
 
@@ -97,7 +98,10 @@ def unrounded(
     span = float(np.sum(steps) - np.sum(steps[gaps]))
     count = np.arange(stamps.size, dtype=np.float64)
     mean = span / (steps.size - gaps.size)
+    shorter = int(np.sum(steps < low + 0.5 * unit))
+    rarer = min(shorter, steps.size - gaps.size - shorter)
     even = gaps.size <= _MOST_GAPS * steps.size and _COARSE * mean < unit < _COARSEST * mean
+    even = even and rarer >= _FEWEST_OF_A_KIND
 
     def ends(period: float) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
         off = stamps - period * count
