@@ -147,6 +147,7 @@ EXPLAINED = 9.0  # mean squared innovation over its variance: a move that the la
 _MOST = 2.0  # factor between a mass and its first guess, during a move
 _STRONGEST = 0.95  # of the effort limit: friction, during a move
 _LEAST = 0.02  # of a prior value: no parameter is less
+_BRIEF = 3.0  # samples of a move which feedback hardly corrects
 _UNKNOWN = 0.5  # variance of the logarithm of friction that is not known
 _FINEST = 1e-12  # standard deviation of a position, at least
 _SHORTEST = 1e-12  # way, at least
@@ -188,8 +189,9 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
         viscous = covariance[i, i] * F * F * p.mass / (p.limit * max(p.way, _SHORTEST))
         # Its variance is that of a log-normal, which is skewed to larger values
         wide = math.exp(covariance[i, i]) * math.expm1(covariance[i, i]) / covariance[i, i]
-        # One standard deviation less: too much effort in a short move is worse than too little
-        low = math.exp(-math.sqrt(covariance[i, i]))
+        # One standard deviation less: in a move of few samples too much effort is the worse error
+        if 2.0 * math.sqrt(p.mass * p.way / p.limit) < _BRIEF * p.period:
+            low = math.exp(-math.sqrt(covariance[i, i]))
     for lag in range(LAGS):
         # A lagging effort first has to exceed friction, which takes its impulse until then
         p.late[lag] = lag * LAG_STEP * (-math.log(1.0 - share) - share) / share
