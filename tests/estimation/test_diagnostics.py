@@ -235,6 +235,25 @@ def test_an_effect_is_small_beside_the_effort_and_not_beside_derivatives(
     assert ("wider than the value" in reasons(found).get("offset", "")) != informative
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.5 * np.pi, 1.0])
+def test_a_sine_and_its_cosine_are_informative_together(phase: float) -> None:
+    """The phase is a choice of the origin: a component near zero says nothing of the ripple."""
+    time = np.arange(400.0)
+    sign = np.sign(np.sin(0.05 * time + 0.1))
+    waves = np.column_stack([np.sin(0.7 * time), np.cos(0.7 * time)])
+    effort = sign + 0.5 * np.sin(0.7 * time + phase)
+    effort += 2.0 * np.random.default_rng(6).normal(size=time.size)
+    rows = replace(
+        rows_of(effort, np.column_stack([sign, 0.1 * waves])),
+        names=("coulomb_friction", "ripple_sine", "ripple_cosine"),
+        motion=summarise_motion([np.sin(0.1 * time)], [0.1 * np.cos(0.1 * time)], 1.0, (0.0, 0.0)),
+    )
+    found = solve(
+        rows, estimator="least squares", provenance=provenance_of(log_of(good_motion), {})
+    )
+    assert all(found.parameters[name].identified for name in rows.names[1:])
+
+
 def test_another_law_widens_an_interval_and_withholds_no_value() -> None:
     time = np.arange(400.0)
     columns = np.column_stack([np.sign(np.sin(0.3 * time + 0.1)), np.sin(0.05 * time)])

@@ -53,7 +53,8 @@ def estimate_of(
         value = float(values[k])
         if known and deviations is not None:
             half = NORMAL_95 * float(deviations[k])
-            reason = withheld(regression, k, value, half, partly=found.undetermined != ())
+            every = np.asarray(values)
+            reason = withheld(regression, k, every, half, partly=found.undetermined != ())
             if reason:
                 known = False
                 verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)

@@ -1,6 +1,6 @@
 """Solve a regression and certify the result."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -126,7 +126,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
         laws = np.zeros(1) if regression.law_shifts is None else regression.law_shifts[:, k]
         lower, higher = float(np.min(laws, initial=0.0)), float(np.max(laws, initial=0.0))
         judged = half if quantity_name(name) in _POSITIVE else alone
-        reason = withheld(regression, k, value, judged, partly=found.undetermined != ())
+        reason = withheld(regression, k, fit.values, judged, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
             verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
@@ -190,27 +190,42 @@ even for a value close to zero: "viscous friction is close to zero" is a result.
 
 
 def withheld(
-    regression: Regression, k: int, value: float, half_width: float, *, partly: bool
+    regression: Regression,
+    k: int,
+    values: Float[np.ndarray, " p"],
+    half_width: float,
+    *,
+    partly: bool,
 ) -> str:
     """Return why a value is withheld although its column has content; empty if it is given.
 
     An interval is informative if its half-width is less than the value, or if its effect is small
     beside the fitted signal; a mass, static friction or a Stribeck velocity must be larger than
-    its half-width. ``partly`` is whether the log leaves combinations of parameters undetermined,
-    ``k`` the column, and value and half-width are in SI units.
+    its half-width. A sine and its cosine are judged by their amplitude. ``partly`` is whether the
+    log leaves combinations of parameters undetermined, ``k`` the column, and values and half-width
+    are in SI units.
     """
-    name = regression.names[k]
+    name, value = regression.names[k], float(values[k])
     base = quantity_name(name)
     # Where the motion is simulated, the effect of static friction vanishes with its excess
     nonlinear = regression.effort is not None or regression.quantity == "position"
     small = base not in {"mass", "inertia"} and not (nonlinear and base in _NEVER_SMALL)
-    if half_width > abs(value) and not (
+    if half_width > _amplitude(regression.names, values, k) and not (
         small and half_width * _largest_effect(regression, k) <= LARGEST_EFFECT
     ):
         return "its 95 % interval is wider than the value itself"
     if partly and shared_name(name) not in SIGNED_PARAMETERS and value <= 0:
         return "the parameters that the log does not separate leave no positive value for it"
     return ""
+
+
+def _amplitude(names: Sequence[str], values: Float[np.ndarray, " p"], k: int) -> float:
+    """Return the size of a parameter, or of the pair of sine and cosine that it is part of [SI]."""
+    for own, other in (("sine", "cosine"), ("cosine", "sine")):
+        beside = names[k].removesuffix(own) + other
+        if names[k].endswith(f"_{own}") and beside in names:
+            return float(np.hypot(values[k], values[list(names).index(beside)]))
+    return abs(float(values[k]))
 
 
 @dataclass(frozen=True, kw_only=True)
