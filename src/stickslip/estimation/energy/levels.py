@@ -70,9 +70,9 @@ class EnergyLevels:
         return self.input - self.kinetic - self.potential
 
 
-def summed(increments: Float[np.ndarray, "m p"]) -> Float[np.ndarray, "n p"]:
+def summed(increments: Float[np.ndarray, "m ..."]) -> Float[np.ndarray, "n ..."]:
     """Return running sums that begin with zero."""
-    return np.concatenate([np.zeros((1, increments.shape[1])), np.cumsum(increments, axis=0)])
+    return np.cumulative_sum(increments, axis=0, include_initial=True)
 
 
 def energy_levels(
@@ -86,7 +86,7 @@ def energy_levels(
     T = sampling_time
     motion = observe(part, low_pass, noise, T)
     x, v = motion.position, motion.velocity
-    work = summed((part.effort[:-1] * np.diff(x))[:, None])[:, 0]
+    work = summed(part.effort[:-1] * np.diff(x))
     regressors = summed(
         model.terms.energy_columns(
             motion.velocity_squared,

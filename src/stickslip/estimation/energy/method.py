@@ -20,7 +20,7 @@ from stickslip.estimation.settings import (
     checked_variance,
     first_guesses,
 )
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms, StribeckEffect
 from stickslip.records import AxisKind, AxisLog, InputError, mass_name, non_negative, positive
@@ -111,8 +111,7 @@ class EnergySettings:
 
     def low_pass(self, sampling_time: float) -> LowPass:
         """Return the low-pass of the settings for a sampling time [s]."""
-        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
-        return LowPass(order=self.filter_order, cutoff=cutoff)
+        return LowPass.of(sampling_time, self.cutoff, self.filter_order)
 
 
 @dataclass(frozen=True, kw_only=True)

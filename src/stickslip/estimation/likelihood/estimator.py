@@ -21,7 +21,7 @@ from stickslip.estimation.likelihood.search import (
 from stickslip.estimation.likelihood.windows import ChannelNoise, Window, whitened, windows_of
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.sensor_noise import chosen_cutoff, position_noise
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
@@ -242,7 +242,7 @@ class MaximumLikelihoodEstimator(RowsEstimator):
         """Search the likeliest parameters, and the likeliest delay."""
         check_excited(log)
         log = whole = repaired(log)
-        low_pass = LowPass(order=4, cutoff=default_cutoff(log.sampling_time))
+        low_pass = LowPass.of(log.sampling_time)
         log, wrong = without_wrong_velocity(log, low_pass, load=bool(self.flexible))
         least = max(_LEAST_SAMPLES, self.largest_delay + 2)
         if max(len(part) for part in log.segments()) < least:

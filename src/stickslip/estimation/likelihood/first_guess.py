@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.estimator import EnergyEstimator
+from stickslip.estimation.energy.levels import summed
 from stickslip.estimation.likelihood.axis_parameters import (
     SIDES,
     AxisParameters,
@@ -94,8 +95,7 @@ def _estimated(
         if log.measured_velocity is not None:
             v = log.measured_velocity
             steps = np.diff(log.time) * 0.5 * (v[1:] + v[:-1])
-            travelled = np.concatenate(([0.0], np.cumsum(steps)))
-            tried.append((idim, replace(log, measured_position=travelled)))
+            tried.append((idim, replace(log, measured_position=summed(steps))))
     for estimator, of in tried:
         if estimator is energy and not parameters.flexible:
             found = {**_integrated(log, parameters), **found}
@@ -195,20 +195,15 @@ def _rows(
 
     def integrated(rates: Float[np.ndarray, "n ..."]) -> Float[np.ndarray, "n ..."]:
         """Integrate by the trapezoidal rule."""
-        return T * _from_zero(0.5 * (rates[1:] + rates[:-1]))
+        return T * summed(0.5 * (rates[1:] + rates[:-1]))
 
     moving = np.abs(sign)
     travelled = position - position[0]
     columns = np.column_stack([effort * moving, sign, moving])
     # Forces are held over a sample: velocity by one sum, position by that of means of velocities.
-    pushed, against, pulled = integrated(T * _from_zero(columns[:-1])).T
+    pushed, against, pulled = integrated(T * summed(columns[:-1])).T
     whole = np.column_stack([travelled, integrated(travelled), against, pulled, pushed])
     time = np.arange(effort.size) * T
     line = np.linalg.qr(np.column_stack([np.ones(effort.size), time]))[0]
     kept = whole - line @ (line.T @ whole)
     return kept[:, :4], kept[:, 4]
-
-
-def _from_zero(steps: Float[np.ndarray, "n ..."]) -> Float[np.ndarray, "m ..."]:
-    """Return 0 and the sums of the first steps."""
-    return np.concatenate((np.zeros((1, *steps.shape[1:])), np.cumsum(steps, axis=0)))

@@ -16,7 +16,6 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.records import AxisLog, InputError, unit_of
 
-_ORDER = 4  # of the low-pass of positions, whose passband is flat at the frequencies of the links
 _LOWER = 0.7  # ratio of successive cutoffs
 _MORE = 1.15  # ratio of accelerations with successive cutoffs: a quarter of the variance is noise
 _LOWEST = 8.0  # Hz, above the frequencies of the motion of links
@@ -119,7 +118,7 @@ def _smoothed(values: Float[np.ndarray, " n"], sampling_time: float) -> Float[np
 def _derivatives(
     values: Float[np.ndarray, " n"], T: float, cutoff: float
 ) -> Float[np.ndarray, "3 n"]:
-    position = LowPass(order=_ORDER, cutoff=cutoff).apply(values, T)
+    position = LowPass.of(T, cutoff).apply(values, T)
     velocity = central_difference(position, T)
     # A second difference attenuates high frequencies less than a difference of differences
     second = np.gradient(velocity, T)

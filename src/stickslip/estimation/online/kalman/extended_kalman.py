@@ -7,7 +7,7 @@ its exact derivatives, through stops and breakaways too as soon as their instant
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -26,7 +26,7 @@ from stickslip.estimation.online.method import Kernel, OnlineMethod, State
 from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.point_estimate import NORMAL_95, estimate_of
 from stickslip.estimation.prepare import repaired
-from stickslip.estimation.settings import check_given, first_guesses
+from stickslip.estimation.settings import check_given, first_guesses, options_of
 from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.estimation.signals.sensor_noise import longest_in_motion, position_noise
 from stickslip.records import (
@@ -226,8 +226,7 @@ class ExtendedKalmanFilter(OnlineMethod):
 
         The log must have the sampling time of the state, and a velocity where it was made for one.
         """
-        after, history, _ = self._run(state, log)
-        return after, history
+        return self._run(state, log)[:2]
 
     def normalised_innovations(self, state: State, log: AxisLog) -> Float[np.ndarray, " n"]:
         """Return the squared innovations of a run over their variances, sums of a sample [-]."""
@@ -318,15 +317,11 @@ class ExtendedKalmanFilter(OnlineMethod):
             widened = np.maximum(deviations, _half_widths(rows.fit(log)) / NORMAL_95)
             scale = widened / deviations
             deviations, covariance = widened, covariance * np.outer(scale, scale)
-        options = {field.name: getattr(settled, field.name) for field in fields(settled)}
-        options |= {
-            name: dict(options[name]) for name in ("drift", "initial_values", "initial_deviations")
-        }
         return estimate_of(
             replace(regression, biased=log.clipped or surprise > _INCONSISTENT),
             state[self._places].tolist(),
             estimator=self.name,
-            provenance=provenance_of(log, {"estimator": self.name, **options}),
+            provenance=provenance_of(log, options_of(settled)),
             deviations=deviations.tolist(),
             covariance=covariance,
             notes=(*log.notes, *notes),

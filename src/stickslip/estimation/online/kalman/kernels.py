@@ -53,9 +53,9 @@ from stickslip.estimation.online.kalman.state import (
     REPLAYING,
     STATES,
     TRUSTED,
-    State,
     fields,
 )
+from stickslip.estimation.online.method import State
 
 RESOLUTION = 1e-15
 """Variance that a parameter gains in a sample, over that which the filter began with: without it,

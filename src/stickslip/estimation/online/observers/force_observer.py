@@ -21,12 +21,11 @@ from stickslip.estimation.online.recursion import VALUES, recursion_fields
 from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff, noise_level, slow_speed
+from stickslip.estimation.signals.kinematics import LowPass, noise_level, slow_speed
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, mass_name, non_negative, positive
 
 _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
-_FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
 _LATE = 0.2  # last part of a log, in which an observer should have settled
 _SETTLED = 0.02  # relative
 _MEMORY = 2.0  # periods of the cutoff that the low-pass smears a jump over, on either side
@@ -260,8 +259,7 @@ class ForceObserver(OnlineMethod):
         return max(round(1.0 / (self._low_pass(sampling_time).cutoff * sampling_time)), 1)
 
     def _low_pass(self, sampling_time: float) -> LowPass:
-        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
-        return LowPass(order=_FILTER_ORDER, cutoff=cutoff)
+        return LowPass.of(sampling_time, self.cutoff)
 
     def _settled(self, log: AxisLog) -> "ForceObserver":
         """Return the observer with the dead band that a log suggests."""
@@ -312,7 +310,7 @@ def _block_means(
         for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     ]
     first = np.concatenate([np.empty(0, dtype=int), *starts])
-    sums = np.concatenate([np.zeros((1, table.shape[1])), np.cumsum(table, axis=0)])
+    sums = np.cumulative_sum(table, axis=0, include_initial=True)
     return (sums[first + size] - sums[first]) / size
 
 
