@@ -1,7 +1,8 @@
 """Maximum likelihood (output error) on the exact simulator."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -54,7 +55,7 @@ class LikelihoodMaximum:
 
     plant: Plant  #: With the likeliest parameters.
     values: Mapping[str, float]  #: Of the parameters sought, by name [SI].
-    delay: int  #: Samples that the effort acts late.
+    delay: int  #: Of the effort [samples].
     #: Standard deviation [unit of the channel], and correlation from reading to reading, by
     #: channel, such as ``"position"``.
     noise: Mapping[str, ChannelNoise]
@@ -269,25 +270,23 @@ class MaximumLikelihoodEstimator(RowsEstimator):
             flexible=bool(self.flexible),
         )
         guess = first_guess(log, parameters, self.initial_values or {}, cutoff=cutoff)
-        best: _Found | None = None
+        tried: list[_Found] = []
         for delay in range(self.largest_delay + 1):
-
-            def cut(pieces: int, delay: int = delay) -> list[Window]:
-                skipped, flexible = self.largest_delay, parameters.flexible
-                return windows_of(
-                    log, low_pass, pieces, delay=delay, skipped=skipped, flexible=flexible
-                )
-
-            windows, maximum, note = staged_search(
+            if tried:
+                guess = _likeliest(tried).maximum.values
+            cut = partial(
+                windows_of,
                 log,
-                cut,
-                parameters,
-                guess if best is None else best.maximum.values,
-                horizon=self.horizon,
-                coloured=coloured,
+                low_pass,
+                delay=delay,
+                skipped=self.largest_delay,
+                flexible=parameters.flexible,
             )
-            if best is None or maximum.cost < best.maximum.cost:
-                best = _Found(
+            windows, maximum, note = staged_search(
+                log, cut, parameters, guess, horizon=self.horizon, coloured=coloured
+            )
+            tried.append(
+                _Found(
                     log=log,
                     parameters=parameters,
                     windows=windows,
@@ -297,8 +296,8 @@ class MaximumLikelihoodEstimator(RowsEstimator):
                     notes=(*whole.notes, *wrong, *note),
                     clipped=whole.clipped,
                 )
-        if best is None:
-            raise ArithmeticError("no delay was tried")
+            )
+        best = _likeliest(tried)
         if rigid_static:
             known, maximum, static = with_static_friction(
                 best.windows,
@@ -330,6 +329,10 @@ class MaximumLikelihoodEstimator(RowsEstimator):
         if not found.maximum.converged:
             notes.append("the search has not converged: the motion may depend on it by jumps")
         return tuple(notes)
+
+
+def _likeliest(tried: Sequence[_Found]) -> _Found:
+    return min(tried, key=lambda found: found.maximum.cost)
 
 
 def _rows_at(found: _Found) -> Regression:

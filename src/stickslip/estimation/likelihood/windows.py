@@ -190,7 +190,7 @@ def windows_of(
 ) -> list[Window]:
     """Return the stretches of a log without gaps, each cut into pieces of equal length.
 
-    The effort comes late by the delay [samples]; at least as many samples are skipped at the
+    The effort acts later by the delay [samples]; at least as many samples are skipped at the
     beginning of each stretch. The low-pass smooths for the first guesses of the states.
     """
     windows: list[Window] = []

@@ -11,6 +11,7 @@ from stickslip.estimation.energy.known_inertia.free_friction import (
     FreeAxis,
     FreeMotion,
     SensorData,
+    sensor_data,
 )
 from stickslip.estimation.energy.levels import AxisModel, load_position
 from stickslip.estimation.signals.kinematics import REST_SPEED, LowPass, noise_level
@@ -247,20 +248,7 @@ def _all_sensors(
     masses = [(part.measured_position, part.measured_velocity)]
     if model.load_inertia is not None:
         masses.append((load_position(part), part.measured_load_velocity))
-    measured: list[Float[np.ndarray, " n"]] = []
-    channels: list[tuple[float, float]] = []
-    first: list[float] = []
-    for k, ((x, v), (position, velocity)) in enumerate(zip(masses, noise, strict=True)):
-        measured.append(x)
-        channels.append((2.0 * k, position**2))
-        if v is not None:
-            measured.append(v)
-            channels.append((2.0 * k + 1.0, velocity**2))
-        fastest = float(np.max(np.abs(np.diff(x)))) / part.sampling_time
-        first += [position**2, fastest**2 if v is None else velocity**2]
-    return SensorData(
-        measured=np.column_stack(measured), channels=np.array(channels), first=np.array(first)
-    )
+    return sensor_data(masses, noise, part.sampling_time)
 
 
 def _stretch(

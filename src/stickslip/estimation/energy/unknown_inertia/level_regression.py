@@ -82,7 +82,7 @@ def level_regression(
     )
     if hardly_moves(motion):  # an axis at rest dissipates nothing that could be weighed
         return rows
-    # A filter knows nothing beyond the ends, so velocities made by one are wrong there
+    # A filter has no samples beyond the ends: differentiated velocities are wrong there
     derived = parts[0].measured_velocity is None or (
         model.load_inertia is not None and parts[0].measured_load_velocity is None
     )
@@ -174,18 +174,17 @@ def _block_means(levels: EnergyLevels, size: int, edge: int) -> _Blocks:
     count = (levels.time.size - 2 * edge) // size
     used = slice(edge, edge + count * size)
 
-    def mean(values: Float[np.ndarray, "n c"]) -> Float[np.ndarray, "b c"]:
-        return values[used].reshape(count, size, -1).mean(axis=1)
+    def mean(values: Float[np.ndarray, "n ..."]) -> Float[np.ndarray, "b ..."]:
+        return values[used].reshape(count, size, *values.shape[1:]).mean(axis=1)
 
-    columns = np.column_stack([levels.dissipated, levels.regressors])
-    squares = mean(levels.motion.smooth_velocity[:, None] ** 2)[:, 0]
-    rest = mean(levels.motion.resting[:, None].astype(float))[:, 0]
-    disturbance = np.diff(mean(summed(levels.motion.path[:, None]))[:, 0]) ** 2
+    squares = mean(levels.motion.smooth_velocity**2)
+    rest = mean(levels.motion.resting.astype(float))
+    disturbance = np.diff(mean(summed(levels.motion.path))) ** 2
     return _Blocks(
-        time=mean(levels.time[:, None])[:, 0],
-        values=mean(columns),
-        noise=mean(levels.noise[:, None])[:, 0] / size,
-        walk=np.diff(mean(summed(levels.walk[:, None]))[:, 0]),
+        time=mean(levels.time),
+        values=mean(np.column_stack([levels.dissipated, levels.regressors])),
+        noise=mean(levels.noise) / size,
+        walk=np.diff(mean(summed(levels.walk))),
         disturbance=disturbance,
         resting=(rest[1:] + rest[:-1] >= 1.0) | (disturbance == 0.0),
         speed_squared=squares[1:] + squares[:-1],
@@ -195,7 +194,7 @@ def _block_means(levels: EnergyLevels, size: int, edge: int) -> _Blocks:
 def _whitened(
     blocks: Sequence[_Blocks], ratio: float
 ) -> tuple[Float[np.ndarray, "n c"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Return _whitened rows, their variances and times.
+    """Return whitened rows, their variances and times.
 
     A disturbing force of unit variance adds the squared travel to the level's variance. At rest the
     friction force is unknown whatever the disturbance, so that a rest counts as a typical row.

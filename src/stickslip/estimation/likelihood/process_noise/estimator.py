@@ -116,7 +116,7 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
     offset
         Whether a constant offset is estimated; None estimates it unless ``per_direction``.
     largest_delay
-        Delays of the effort of up to so many samples, late or early and with fractions, are
+        Delays of the effort of up to so many samples, of either sign and with fractions, are
         estimated; 0 estimates one only if the selection finds one.
     select
         Whether the terms that `SelectedModelEstimator` finds in the log (a load, friction of
