@@ -97,7 +97,7 @@ class EnergyEstimator(EnergySettings, OnlineMethod, LeastSquaresEstimator):
         estimates it from the innovations if nothing is forgotten, and takes none otherwise.
     effort_delay
         For the recursion only: samples by which the effort acts after it is logged [-], also a
-        fraction; negative if the effort is logged late. At most 30.
+        fraction; negative if it acts before it is logged. At most 30.
     position_noise, velocity_noise
         For the recursion only: standard deviation of the sensors' noise [m or rad, m/s or rad/s];
         None estimates it from the samples. With a known inertia it is estimated in any case, and

@@ -177,11 +177,8 @@ class EnergyMethod(ABC):
     def regression(self, log: AxisLog) -> Regression:
         """Return the whitened rows of the balance of a log in which something moves."""
         usable = self.usable(log)
-        parts = long_stretches(
-            usable.log,
-            self.least_samples(usable.low_pass, usable.log.sampling_time),
-        )
-        rows = self.rows(usable, parts)
+        least = self.least_samples(usable.low_pass, usable.log.sampling_time)
+        rows = self.rows(usable, long_stretches(usable.log, least))
         return replace(rows, biased=rows.biased or usable.clipped)
 
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:

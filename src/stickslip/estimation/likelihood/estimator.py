@@ -38,12 +38,12 @@ from stickslip.records import (
     whole,
 )
 
-_LEAST_SAMPLES = 50
+_LEAST_SAMPLES = 50  # of a stretch without gaps [-]
 _LARGEST_CORRELATION = 0.2
 """Of successive errors after whitening, beyond which they are not those of the sensors alone: a
 force that the model lacks adds up in them, and biases the parameters."""
 _ROUNDING = 1e-6  # of the range: errors that small have the colour of rounding
-_SMALLEST_RATIO = 1e-7
+_SMALLEST_RATIO = 1e-7  # of singular values of columns of unit norm [-]: rounding below it
 _LARGEST_SHARE = 2.0
 """A combination of columns is determined by the log if its standard deviation is less than half of
 what the whole motion would make of the strongest one."""
@@ -335,6 +335,15 @@ def _likeliest(tried: Sequence[_Found]) -> _Found:
     return min(tried, key=lambda found: found.maximum.cost)
 
 
+def _projected(
+    rows: Float[np.ndarray, "n q"], states: Float[np.ndarray, "n s"]
+) -> Float[np.ndarray, "n q"]:
+    """Return rows without what the columns of the first states explain."""
+    used = states[:, np.any(states != 0.0, axis=0)]
+    basis = np.linalg.qr(used)[0] if used.shape[1] else used
+    return rows - basis @ (basis.T @ rows)
+
+
 def _rows_at(found: _Found) -> Regression:
     """Return errors and their derivatives at the likeliest parameters, whitened, in time's order.
 
@@ -360,10 +369,7 @@ def _rows_at(found: _Found) -> Regression:
             if np.sqrt(np.mean(error**2)) > _ROUNDING * np.ptp(window.channels[c].readings):
                 sums[c] += rows[1:, 0] @ rows[:-1, 0], rows[:, 0] @ rows[:, 0]
         stacked = np.concatenate(parts)
-        local = stacked[:, 2 + p :]
-        local = local[:, np.any(local != 0.0, axis=0)]
-        basis = np.linalg.qr(local)[0] if local.shape[1] else local
-        kept = stacked[:, 1 : 2 + p] - basis @ (basis.T @ stacked[:, 1 : 2 + p])
+        kept = _projected(stacked[:, 1 : 2 + p], stacked[:, 2 + p :])
         blocks.append(np.column_stack([stacked[:, 0], kept]))
         motion = window.simulated(parameters, maximum.values, state)
         velocities.append(motion.velocity)

@@ -55,13 +55,13 @@ from stickslip.simulation import PlantStepper
 
 _SETTLING_PERIODS = 5.0
 """Periods of the cutoff frequency after which the filter has forgotten how the log began."""
-_LEAST_ROWS = 50
+_LEAST_ROWS = 50  # that a stretch without gaps must give [-]
 
-_MOST_ROUNDS = 10
+_MOST_ROUNDS = 10  # of simulations for the instruments [-]
 _CLOSE = 0.05
 """Largest change of a parameter in a round, over its standard deviation under white residuals, at
 which the instrumental variables have converged."""
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  # relative change of a parameter that counts as none [-]
 _LEAST_SHARE = 0.2  # of the rows, that simulated and measured motion must have in common
 
 
@@ -140,11 +140,7 @@ class IdimLeastSquares(LeastSquaresEstimator):
         period = 1.0 / (low_pass.cutoff * T)
         factor = max(round(period), 1) if self.decimation is None else self.decimation
         skipped = max(round(_SETTLING_PERIODS * period) - 1, 0)
-        parts = long_stretches(
-            log,
-            skipped + _LEAST_ROWS * factor,
-            decimation=factor,
-        )
+        parts = long_stretches(log, skipped + _LEAST_ROWS * factor, decimation=factor)
         positions = [part.measured_position for part in parts]
         velocities = [central_difference(low_pass.apply(x, T), T) for x in positions]
         position_noise = max(noise_level(x) for x in positions)

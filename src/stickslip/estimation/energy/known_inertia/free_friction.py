@@ -29,8 +29,8 @@ from stickslip.records import AxisLog
 
 _NODES = 6  # exact for polynomials of degree 11; the integrand is one of degree 4, nearly
 _DECADES = (-7.0, 5.0)  # of the friction's rate of change, around that of the net force
-_GRID = 9
-_DECADE_TOLERANCE = 0.1
+_GRID = 9  # places on that range where the search begins [-]
+_DECADE_TOLERANCE = 0.1  # of the search [decades]
 _LOAD_VELOCITY = 3  # number of that state
 _LARGER = 10.0
 """How many times what the log shows the load may be stretched, or as fast, when it begins."""

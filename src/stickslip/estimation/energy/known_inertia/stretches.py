@@ -25,7 +25,7 @@ _DOUBT = 10.0
 """Variance of a friction of unknown direction over the mean square of friction: it acts one way
 before a turn and the other after, and its likely size must not draw the estimate."""
 _AROUND = 6  # samples around a count of the encoder that show its noise
-_RINGING = 3  # samples
+_RINGING = 3  # samples for which the smoothed velocity rings around a jump of friction
 _ROUNDING = 1e-7  # of the largest value: noise that a log without any is taken to have
 _LEAST_NOISE = 1e-150  # of a signal that is zero throughout
 _FREE = 1e4  # times faster than elsewhere, where friction may be anything

@@ -90,8 +90,8 @@ class PublishedEnergyEstimator(OnlineMethod, LeastSquaresEstimator):
         Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
         takes a tenth of the sampling rate and at most 100 Hz.
     effort_delay
-        Samples by which the effort acts after it is logged [-], also a fraction; negative if the
-        effort is logged late. At most 30.
+        Samples by which the effort acts after it is logged [-], also a fraction; negative if it
+        acts before it is logged. At most 30.
 
     Raises
     ------

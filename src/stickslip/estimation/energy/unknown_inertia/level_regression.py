@@ -26,8 +26,8 @@ _QUIET = 0.01
 blocks are lengthened: it biases an estimated inertia to zero by its square."""
 _FEWEST_BLOCKS = 200  # to lengthen blocks for the inertia's sake must not cost the rest
 _RATIO_RANGE = (-6.0, 8.0)  # decades of level noise over force disturbance, in variance
-_RATIO_GRID = 15
-_RATIO_TOLERANCE = 1e-5
+_RATIO_GRID = 15  # places on that range where the search begins [-]
+_RATIO_TOLERANCE = 1e-5  # of the search [decades]
 
 
 def block_size(low_pass: LowPass, sampling_time: float) -> int:
@@ -87,6 +87,19 @@ def level_regression(
         model.load_inertia is not None and parts[0].measured_load_velocity is None
     )
     edge = round(_EDGE_PERIODS / (low_pass.cutoff * T)) if derived else 0
+    return _with_blocks(rows, levels, low_pass, noise, T, edge)
+
+
+def _with_blocks(
+    rows: Regression,
+    levels: Sequence[EnergyLevels],
+    low_pass: LowPass,
+    noise: MotionNoise,
+    sampling_time: float,
+    edge: int,
+) -> Regression:
+    """Return a regression with the whitened means of levels over blocks of samples."""
+    T = sampling_time
     shortest = block_size(low_pass, T)
     size = _quiet_block_size(levels, shortest, noise, T)
     blocks = [_block_means(level, size, edge) for level in levels]
@@ -95,7 +108,7 @@ def level_regression(
     scale = float(np.sqrt(np.mean(variances)))
     # Noise of the kinetic energy of a unit inertia, in the difference of two blocks
     squares = np.concatenate([b.speed_squared for b in blocks])
-    column_noise = np.zeros(len(names))
+    column_noise = np.zeros(len(rows.names))
     column_noise[0] = (
         scale
         * _velocity_noise_of_block(noise, size, shortest, T)
@@ -111,7 +124,7 @@ def level_regression(
             f"energies averaged over {size} samples; noise of the energy level is taken as "
             f"{ratio:.2g} of what a disturbing force adds in a typical row (maximum "
             "likelihood)",
-            *notes,
+            *rows.notes,
         ),
     )
 

@@ -76,8 +76,8 @@ class ExtendedKalmanFilter(OnlineMethod):
         estimates it: online from the innovations as they come, in `fit` the least one that makes
         the innovations of the whole log as large as expected.
     effort_delay
-        Samples by which the effort acts after it is logged [-], also a fraction; negative if the
-        effort is logged late. At most 30.
+        Samples by which the effort acts after it is logged [-], also a fraction; negative if it
+        acts before it is logged. At most 30.
     drift
         By parameter name, how far each wanders in a second [unit of the parameter / s^(1/2)];
         0 for those not named.
@@ -90,7 +90,8 @@ class ExtendedKalmanFilter(OnlineMethod):
         Whether stops, rests and breakaways are used once friction is known so well that
         their samples follow from it; not where a force disturbs. Friction at rest is then taken for
         Coulomb friction, until the motion shows that it is more. False for an axis of which that
-        is known: what is a few per cent is seen late, and pulls the estimate until then.
+        is known: a difference of a few per cent is detected only after some time, and biases the
+        estimate until then.
     memory
         Number of the first samples that are kept, to go through their stops and rests again when
         friction is known; if they are not enough, the information in those is lost.

@@ -2,7 +2,7 @@
 
 The same two filters as offline, one after the other:
 `stickslip.estimation.energy.known_inertia.online.motion` gives the direction of friction, and the
-filter here whitens the balance, `LAG` samples late. Its rows go into the recursion.
+filter here whitens the balance, with a delay of `LAG` samples. Its rows go into the recursion.
 
 The prediction and the update of its covariance are those of `stickslip.numerics.kalman`, written
 out for four states. With the functions from there the estimates are identical, but a sample takes

@@ -368,8 +368,8 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
     if sw < 0.0:
         sw = _track_noise(own.tracked[0], x)
     if derived:
-        # Effort and positions through the same causal filter, one sample late so that the velocity
-        # is a central difference
+        # Effort and positions through the same causal filter, delayed by a sample, so that the
+        # velocity is a central difference
         T, pole, stages = own.recursion.sampling_time, own.pole, own.stages
         last, earlier = own.filtered, own.earlier
         if own.filtered_samples == 0.0:
