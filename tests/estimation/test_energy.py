@@ -1,19 +1,18 @@
 """The energy estimator: known truth without and with noise, on line, and through rests."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-import scipy.signal
 import scipy.stats
 from axis_logs import axis_log
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from laws import uneven
 from refusals import refuses
+from simulated_logs import autoregression, disturbed, measured
 
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
@@ -54,10 +53,6 @@ def move_then_rest() -> SimulatedMotion:
     moving = 30 * np.sin(2 * time) + 15 * np.sin(5 * time)
     effort = np.concatenate([moving, np.zeros(100_000)])
     return simulate(SingleMass(mass=3.0, friction=LAW), effort, sampling_time=0.001)
-
-
-def measured(motion: SimulatedMotion, sensors: Sensors, seed: int = 0) -> AxisLog:
-    return sensors.measure(motion, np.random.default_rng(seed))
 
 
 def without_velocity(log: AxisLog) -> AxisLog:
@@ -242,6 +237,7 @@ def steady(velocity: Callable[[np.ndarray], np.ndarray], duration: float = 10.0)
     )
 
 
+@pytest.mark.usefixtures("without_shape_checks")
 @pytest.mark.parametrize(
     ("settings", "code"),
     [
@@ -252,11 +248,17 @@ def steady(velocity: Callable[[np.ndarray], np.ndarray], duration: float = 10.0)
         ({"level_noise": 0.0}, "not_positive"),
         ({"position_noise": -1.0}, "negative"),
         ({"per_direction": True, "offset": True}, "offset_and_directions"),
+        ({"filter_order": 2.5}, "not_whole"),
+        ({"filter_order": float("nan")}, "not_whole"),
+        ({"initial_values": {"mass": float("nan")}}, "not_finite"),
+        ({"initial_values": {"offset": float("inf")}}, "not_finite"),
+        ({"inertia": 1.0, "initial_values": {"mass": 1.0}}, "guess_not_estimated"),
+        ({"force_noise": 1.0}, "no_level_noise"),
     ],
 )
-def test_impossible_settings_are_refused(settings: dict[str, float], code: str) -> None:
+def test_impossible_settings_are_refused(settings: dict[str, Any], code: str) -> None:
     with refuses(code):
-        EnergyEstimator(**settings)  # type: ignore[arg-type]
+        EnergyEstimator(**settings)
 
 
 def test_a_log_in_which_nothing_pushes_or_moves_is_refused() -> None:
@@ -284,10 +286,8 @@ def test_intervals_hold_under_a_slow_disturbance_and_encoder_noise(correlation: 
     generator = np.random.default_rng(1)
     held = 0
     for _ in range(runs):
-        white = generator.normal(size=samples) * np.sqrt(1 - correlation**2)
-        disturbance = scipy.signal.lfilter([1.0], [1.0, -correlation], white)
-        motion = simulate(stage, effort + disturbance, sampling_time=0.001)
-        log = replace(sensors.measure(motion, generator), effort=np.append(effort, effort[-1]))
+        force = autoregression(generator, samples, correlation)
+        log = disturbed(stage, effort, force, sensors, generator, sampling_time=0.001)
         found = EnergyEstimator().fit(log).parameters
         for name, value in truth.items():
             low, high = found[name].ci95 or (np.nan, np.nan)

@@ -9,6 +9,7 @@ from axis_logs import axis_log
 from estimates import covered
 from refusals import refuses
 from scipy import integrate
+from simulated_logs import logged_early, measured, samples_of, table_of
 from slow_cases import quick_where
 
 from stickslip.control import (
@@ -69,12 +70,6 @@ def onward(time: np.ndarray) -> np.ndarray:
     return 3.0 + 1.0 * np.sin(2.0 * time)
 
 
-def sample_of(log: AxisLog, k: int) -> tuple[float, float, float, float, float]:
-    v = log.measured_velocity
-    assert v is not None
-    return float(log.effort[k]), float(log.measured_position[k]), float(v[k]), 0.0, 0.0
-
-
 @pytest.fixture(scope="module")
 def coulomb_log() -> AxisLog:
     return Sensors().measure(motion(swings, 0.0))
@@ -91,8 +86,7 @@ def ends(observer: AdaptiveObserver | LeastSquaresObserver, log: AxisLog) -> np.
 
 
 def test_the_error_decays_as_the_papers_say(coulomb_log: AxisLog) -> None:
-    v = coulomb_log.measured_velocity
-    assert v is not None
+    v = table_of(coulomb_log)[:, 2]
     a, b = np.abs(v[:-1]), np.abs(v[1:])
     moving = v[:-1] * v[1:] > 0
     rate, speed = 2.0, 0.4
@@ -228,13 +222,12 @@ def test_liao_and_chiens_function_decays_exponentially(seed: int) -> None:
     log = Sensors().measure(simulate(plant, effort, sampling_time=T))
     observer = LiaoChienObserver(inertia=MASS, rate=3.0, speed=1.0, bandwidth=6.0)
     state = observer.init(sampling_time=T)
-    v = log.measured_velocity
-    assert v is not None
+    v = table_of(log)[:, 2]
     lyapunov: list[float] = []
     moving = 0.0
     bounds: list[float] = []
-    for k in range(len(log)):
-        state, values = observer.step(state, sample_of(log, k))
+    for k, sample in enumerate(samples_of(log)):
+        state, values = observer.step(state, sample)
         error = observer.tracking_error(state)
         quadratic = error @ observer.lyapunov @ error + (COULOMB - values[0]) ** 2 / 3.0
         lyapunov.append(float(quadratic))
@@ -277,7 +270,7 @@ def test_least_squares_cover_the_truth_under_velocity_noise() -> None:
     runs = 60
     inside = 0
     for seed in range(runs):
-        log = sensors.measure(moved, np.random.default_rng(seed))
+        log = measured(moved, sensors, seed)
         found = LeastSquaresObserver(inertia=MASS).fit(log)
         inside += sum(covered(found, truth).values())
     # Both parameters of a run go together: as if there were `runs` independent trials
@@ -297,7 +290,7 @@ def test_rests_with_noise_teach_that_there_is_no_friction(
         return np.where(time < 0.5, 2.0, 0.5 * COULOMB)
 
     moved = motion(pushed, 0.0, 10.0)
-    log = Sensors(velocity_noise=1e-3).measure(moved, np.random.default_rng(0))
+    log = measured(moved, Sensors(velocity_noise=1e-3))
     careless = observer(inertia=MASS, viscous=False, speed=1.0, dead_band=0.0)
     careful = observer(inertia=MASS, viscous=False, speed=1.0)
     assert careless.fit(log).value("coulomb_friction") < 0.1 * COULOMB
@@ -305,7 +298,7 @@ def test_rests_with_noise_teach_that_there_is_no_friction(
 
 
 def test_noise_of_a_sought_inertia_is_told() -> None:
-    log = Sensors(velocity_noise=2e-2).measure(motion(swings, VISCOUS), np.random.default_rng(0))
+    log = measured(motion(swings, VISCOUS), Sensors(velocity_noise=2e-2))
     found = LeastSquaresObserver().fit(log)
     assert not found.status.trusted
     assert not found.parameters["mass"].identified
@@ -418,8 +411,7 @@ def test_the_rows_of_a_log_are_free_of_a_known_delay(
     delay: float,
     viscous_log: AxisLog,
 ) -> None:
-    k = np.arange(len(viscous_log))
-    early = replace(viscous_log, effort=np.interp(k + delay, k, viscous_log.effort))
+    early = logged_early(viscous_log, delay)
 
     def friction(log: AxisLog, effort_delay: float) -> np.ndarray:
         rows = replace(observer, effort_delay=effort_delay).regression(log)

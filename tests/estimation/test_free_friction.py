@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from slow_cases import quick_where
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
+from van_loan import integrated_noise
 
 from stickslip.estimation.energy.known_inertia.free_friction import (
     DrivenMotion,
@@ -33,13 +34,7 @@ def rate_matrix(inertia: float) -> np.ndarray:
 
 
 def van_loan(inertia: float, sampling_time: float) -> np.ndarray:
-    """Integral of exp(A s) b b' exp(A' s) by one exponential (Van Loan 1978)."""
-    A = rate_matrix(inertia)
-    block = np.zeros((6, 6))
-    block[:3, :3], block[3:, 3:] = -A, A.T
-    block[2, 5] = 1.0
-    over = scipy.linalg.expm(block * sampling_time)
-    return over[3:, 3:].T @ over[:3, 3:]
+    return integrated_noise(rate_matrix(inertia), sampling_time)
 
 
 @given(inertia=st.floats(1e-2, 1e3), sampling_time=st.floats(1e-4, 1.0))

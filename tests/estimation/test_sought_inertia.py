@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-import scipy.signal
 import scipy.stats
+from simulated_logs import autoregression, disturbed
 
 from stickslip.estimation import EnergyEstimator, cramer_rao_bound
 from stickslip.friction import CoulombViscousFriction
@@ -66,13 +66,12 @@ def effort_of(generator: np.random.Generator, samples: int = 3_000) -> np.ndarra
 
 def log_of(case: Case, effort: np.ndarray, generator: np.random.Generator) -> AxisLog:
     """Return a log; a disturbing force is an autoregression of coefficient 0.98, and not logged."""
-    white = generator.normal(size=effort.size) * np.sqrt(1.0 - 0.98**2)
-    force = case.disturbance * scipy.signal.lfilter([1.0], [1.0, -0.98], white)
+    force = case.disturbance * autoregression(generator, effort.size, 0.98)
     start = float(generator.uniform(0.0, 2e-5))
     state = (start, 0.0) if isinstance(case.plant, SingleMass) else (start, 0.0, start, 0.0)
-    motion = simulate(case.plant, effort + force, sampling_time=T, initial_state=state)
-    log = case.sensors.measure(motion, generator)
-    return replace(log, effort=np.append(effort, effort[-1]))
+    return disturbed(
+        case.plant, effort, force, case.sensors, generator, sampling_time=T, state=state
+    )
 
 
 @pytest.mark.parametrize("plant", [RIGID, ARM], ids=["rigid", "arm"])

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import scipy.signal
 import scipy.stats
 from arm_logs import Loop, arm_log, energy_estimator
 from estimates import std_of
@@ -15,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from laws import uneven
 from refusals import refuses
+from simulated_logs import autoregression, disturbed, measured
 from slow_cases import quick_where
 
 from stickslip.estimation import EnergyEstimator
@@ -38,6 +38,7 @@ SCALED = 1e-6  # relative: what rounding and a search by maximum likelihood leav
 
 MASS, VISCOUS, COULOMB = 3.0, 5.0, 2.0
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=COULOMB, viscous_friction=VISCOUS)
+STAGE = SingleMass(mass=MASS, friction=LAW)
 RIGID = EnergyEstimator(inertia=MASS, offset=False)
 TRUTH = {"viscous_friction": VISCOUS, "coulomb_friction": COULOMB}
 
@@ -68,10 +69,6 @@ def moved(
 ) -> SimulatedMotion:
     plant = SingleMass(mass=MASS, friction=law)
     return simulate(plant, effort, sampling_time=sampling_time, **settings)
-
-
-def measured(motion: SimulatedMotion, sensors: Sensors, seed: int = 0) -> AxisLog:
-    return sensors.measure(motion, np.random.default_rng(seed))
 
 
 def joined(first: AxisLog, second: AxisLog, gap: float) -> AxisLog:
@@ -323,10 +320,9 @@ def test_intervals_hold_under_a_disturbance(correlation: float, velocity: Any) -
     effort = swing(6_000)
     held = np.zeros(2)
     for _ in range(runs):
-        white = generator.normal(size=effort.size) * np.sqrt(1.0 - correlation**2)
-        disturbance = scipy.signal.lfilter([1.0], [1.0, -correlation], white)
-        log = sensors.measure(moved(effort + disturbance), generator)
-        found = RIGID.fit(replace(log, effort=np.append(effort, effort[-1]))).parameters
+        force = autoregression(generator, effort.size, correlation)
+        log = disturbed(STAGE, effort, force, sensors, generator, sampling_time=0.001)
+        found = RIGID.fit(log).parameters
         for k, (name, true) in enumerate(TRUTH.items()):
             low, high = found[name].ci95 or (np.nan, np.nan)
             held[k] += low <= true <= high

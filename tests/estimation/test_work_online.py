@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba.extending import is_jitted
 from refusals import refuses
+from simulated_logs import measured, samples_of
 
 from stickslip.control import (
     PD,
@@ -47,14 +48,7 @@ def swing(samples: int) -> np.ndarray:
 
 def logged(effort: np.ndarray, sensors: Sensors = NOISY, seed: int = 0) -> AxisLog:
     motion = simulate(SingleMass(mass=MASS, friction=LAW), effort, sampling_time=T)
-    return sensors.measure(motion, np.random.default_rng(seed))
-
-
-def rows_of(log: AxisLog) -> list[tuple[float, ...]]:
-    velocity = log.measured_velocity
-    zero = np.zeros(len(log))
-    columns = [log.effort, log.measured_position, zero if velocity is None else velocity]
-    return [tuple(row) for row in np.column_stack([*columns, zero, zero]).tolist()]
+    return measured(motion, sensors, seed)
 
 
 VARIANTS: dict[str, tuple[dict[str, Any], Sensors]] = {
@@ -82,8 +76,8 @@ def test_steps_are_the_run_and_so_are_its_parts(variant: str) -> None:
     before = start.copy()
     whole, history = estimator.run(start, log)
     state, values = start, start[:0]
-    for sample in rows_of(log):
-        state, values = estimator.step(state, sample)  # type: ignore[arg-type]
+    for sample in samples_of(log):
+        state, values = estimator.step(state, sample)
     np.testing.assert_array_equal(state, whole)
     np.testing.assert_array_equal(values, history[-1])
     np.testing.assert_array_equal(start, before)
