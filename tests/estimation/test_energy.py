@@ -237,30 +237,6 @@ def steady(velocity: Callable[[np.ndarray], np.ndarray], duration: float = 10.0)
     )
 
 
-@pytest.mark.usefixtures("without_shape_checks")
-@pytest.mark.parametrize(
-    ("settings", "code"),
-    [
-        ({"inertia": -1.0}, "not_positive"),
-        ({"stiffness": 1.0}, "half_an_arm"),
-        ({"forgetting_factor": 1.5}, "not_in_interval"),
-        ({"initial_values": {"speed": 1.0}}, "guess_not_estimated"),
-        ({"level_noise": 0.0}, "not_positive"),
-        ({"position_noise": -1.0}, "negative"),
-        ({"per_direction": True, "offset": True}, "offset_and_directions"),
-        ({"filter_order": 2.5}, "not_whole"),
-        ({"filter_order": float("nan")}, "not_whole"),
-        ({"initial_values": {"mass": float("nan")}}, "not_finite"),
-        ({"initial_values": {"offset": float("inf")}}, "not_finite"),
-        ({"inertia": 1.0, "initial_values": {"mass": 1.0}}, "guess_not_estimated"),
-        ({"force_noise": 1.0}, "no_level_noise"),
-    ],
-)
-def test_impossible_settings_are_refused(settings: dict[str, Any], code: str) -> None:
-    with refuses(code):
-        EnergyEstimator(**settings)
-
-
 def test_a_log_in_which_nothing_pushes_or_moves_is_refused() -> None:
     log = steady(lambda t: 0.1 * np.sin(2 * t))
     nothing = np.zeros(len(log))

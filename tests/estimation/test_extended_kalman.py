@@ -310,12 +310,6 @@ def test_two_samples_tell_nothing() -> None:
 def test_what_the_filter_needs_from_the_start_is_asked_for() -> None:
     with refuses("filter_needs"):
         ExtendedKalmanFilter(inertia=1.0).init(sampling_time=T)
-    with refuses("guess_not_estimated"):
-        ExtendedKalmanFilter(inertia=1.0, initial_values={"offset": 1.0})
-    with refuses("not_whole", name="memory", value=-1):
-        ExtendedKalmanFilter(inertia=1.0, memory=-1)
-    with refuses("negative", name="drift of viscous_friction", value=-1.0):
-        ExtendedKalmanFilter(inertia=1.0, drift={"viscous_friction": -1.0})
 
 
 def test_a_log_without_velocity_needs_a_state_for_it() -> None:

@@ -360,21 +360,6 @@ def test_what_still_moves_at_the_end_is_told(viscous_log: AxisLog) -> None:
     assert any("moved by" in note for note in found.diagnostics.notes)
 
 
-@pytest.mark.parametrize(
-    ("settings", "code"),
-    [
-        ({"inertia": 0.0}, "not_positive"),
-        ({"inertia": 1.0, "rate": -1.0}, "not_positive"),
-        ({"inertia": 1.0, "speed": 0.0}, "not_positive"),
-        ({"inertia": 1.0, "exponent": 0.0}, "not_positive"),
-        ({"inertia": 1.0, "initial_values": {"mass": 1.0}}, "guess_not_estimated"),
-    ],
-)
-def test_impossible_settings_are_refused(settings: dict[str, float], code: str) -> None:
-    with refuses(code):
-        FriedlandParkObserver(**settings)  # type: ignore[arg-type]
-
-
 def test_a_first_state_needs_a_typical_speed() -> None:
     with refuses("no_typical_speed"):
         FriedlandParkObserver(inertia=1.0).init(sampling_time=T)

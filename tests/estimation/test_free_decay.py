@@ -119,12 +119,6 @@ def test_logs_without_a_free_decay_are_refused() -> None:
         FreeDecayEstimator(inertia=MASS).fit(pushed)
 
 
-@pytest.mark.parametrize("settings", [{}, {"inertia": 1.0, "stiffness": 1.0}])
-def test_one_of_inertia_and_stiffness_is_needed(settings: dict[str, float]) -> None:
-    with refuses("inertia_or_stiffness"):
-        FreeDecayEstimator(**settings)
-
-
 @pytest.mark.parametrize(
     ("position", "code"),
     [([1.0, -1.0, 0.5], "too_few_extremes"), ([1, -1, -1.5, 0.5], "extremes_not_in_turn")],

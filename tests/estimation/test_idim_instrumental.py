@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from benchmark_logs import Find, emps
 from estimates import covered
-from refusals import refuses
 
 from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
 from stickslip.estimation.fit.rows import Regression
@@ -118,9 +117,3 @@ def test_it_agrees_with_least_squares_on_emps(benchmark_data: Find) -> None:
         assert parameter.std is not None
         assert abs(found.value(name) - other.value(name)) < parameter.std
     assert found.diagnostics.relative_residual < other.diagnostics.relative_residual
-
-
-@pytest.mark.parametrize(("name", "value"), [("feedback", 0.0), ("cutoff", -1.0)])
-def test_settings_are_checked(name: str, value: float) -> None:
-    with refuses("not_positive", name=name, value=value):
-        IdimInstrumentalVariables(**{name: value})

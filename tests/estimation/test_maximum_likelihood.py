@@ -293,22 +293,3 @@ def test_a_report_can_be_made_of_it() -> None:
     assert found.curve is not None
     assert found.residuals is not None
     assert found.residuals.share < 0.1
-
-
-@pytest.mark.parametrize(
-    ("settings", "code"),
-    [
-        ({"inertia": -1.0}, "not_positive"),
-        ({"horizon": 0.0}, "not_positive"),
-        ({"noise": "pink"}, "not_a_choice"),
-        ({"largest_delay": -1}, "not_whole"),
-        ({"per_direction": True, "offset": True}, "offset_and_directions"),
-        ({"flexible": True}, "no_guess_of_arm"),
-        ({"flexible": False, "stiffness": 1.0}, "parts_of_rigid_axis"),
-        ({"initial_values": {"stiffness": 1.0}}, "guess_not_estimated"),
-    ],
-)
-@pytest.mark.usefixtures("without_shape_checks")
-def test_impossible_settings_are_refused(settings: dict[str, Any], code: str) -> None:
-    with refuses(code):
-        MaximumLikelihoodEstimator(**settings)

@@ -353,31 +353,6 @@ def test_no_rest_winds_it_up(noisy: list[AxisLog], factor: float, variant: int, 
     assert np.trace(P) <= P.shape[0] * 1e3 * (1 + 1e-9)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "code"),
-    [
-        ({"inertia": -1.0}, "not_positive"),
-        ({"stiffness": None}, "half_an_arm"),
-        ({"initial_variance": 0.0}, "not_positive"),
-        ({"cutoff": -1.0}, "not_positive"),
-        ({"position_noise": -1.0, "velocity_noise": 1.0}, "negative"),
-        ({"velocity_noise": 0.1}, "half_the_noise"),
-        ({"forgetting_factor": 1.5}, "not_in_interval"),
-        ({"sums": "exact"}, "not_a_choice"),
-        ({"compensation": "full"}, "not_a_choice"),
-        ({"sums": "settled", "compensation": "printed"}, "printed_compensation_of_settled_sums"),
-        ({"error_terms": True}, "error_terms_uncompensated"),
-        ({"initial_values": {"slope": 1.0}}, "guess_not_estimated"),
-        ({"initial_values": {"coulomb_friction": np.nan}}, "not_finite"),
-    ],
-)
-def test_impossible_settings_are_refused(
-    without_shape_checks: None, wrong: dict[str, Any], code: str
-) -> None:
-    with refuses(code):
-        PublishedEnergyEstimator(**(ARM | wrong))
-
-
 @pytest.mark.parametrize("chosen", quick_where(lambda chosen: chosen in VARIANTS[:2], VARIANTS))
 def test_a_missing_value_is_replaced_by_a_prediction(
     noisy: list[AxisLog], chosen: dict[str, Any]
