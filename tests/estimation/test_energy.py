@@ -144,7 +144,7 @@ def test_velocities_made_of_position_differences_do_no_harm() -> None:
     assert any("late against the position" in note for note in estimate.diagnostics.notes)
 
 
-def test_an_offset_is_told_from_friction() -> None:
+def test_an_offset_is_separated_from_friction() -> None:
     law = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=5.0, offset=1.5)
     estimate = EnergyEstimator().fit(measured(stage_motion(law), CLEAN))
     assert estimate.value("offset") == pytest.approx(1.5, rel=1e-4)
@@ -204,7 +204,7 @@ def test_on_line_without_velocity() -> None:
     noisy=st.booleans(),
     seed=st.integers(0, 100),
 )
-def test_what_is_known_is_not_forgotten_at_rest(factor: float, noisy: bool, seed: int) -> None:
+def test_nothing_is_forgotten_at_rest(factor: float, noisy: bool, seed: int) -> None:
     sensors = Sensors(position_noise=1e-5, velocity_noise=1e-3) if noisy else CLEAN
     log = measured(move_then_rest(), sensors, seed)
     stopped = int(np.flatnonzero(np.diff(move_then_rest().velocity != 0))[-1]) + 100
@@ -280,7 +280,7 @@ def test_a_log_that_is_too_short_is_refused(inertia: float | None, samples: int)
 
 
 @pytest.mark.parametrize("settings", [{}, {"per_direction": True}, {"inertia": 1.0}])
-def test_an_axis_that_rests_under_noise_is_told_so(settings: dict[str, Any]) -> None:
+def test_an_axis_at_rest_under_noise_has_insufficient_excitation(settings: dict[str, Any]) -> None:
     generator = np.random.default_rng(0)
     time = np.arange(4000) * 0.001
     log = axis_log(

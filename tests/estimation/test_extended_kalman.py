@@ -178,14 +178,14 @@ def test_it_comes_near_the_cramer_rao_bound() -> None:
     assert np.all(inside > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs))
 
 
-def test_what_stops_and_rests_tell_is_most_of_it() -> None:
+def test_stops_and_rests_hold_most_of_the_information() -> None:
     sharp, _ = found_in_short_runs(2.0, 25)
     careful, _ = found_in_short_runs(2.0, 25, exact_events=False)
     assert np.all(np.std(careful, axis=0) > 2.0 * np.std(sharp, axis=0))
 
 
 @pytest.mark.parametrize("excess", [0.1, 0.3, 1.0])
-def test_higher_static_friction_is_noticed_and_then_learnt_nothing_from(excess: float) -> None:
+def test_higher_static_friction_is_detected_and_nothing_learned_from_it(excess: float) -> None:
     runs = 20
     errors, widths = found_in_short_runs(2.0 * (1.0 + excess), runs)
     careful, _ = found_in_short_runs(2.0 * (1.0 + excess), runs, exact_events=False)
@@ -291,7 +291,7 @@ def test_steps_and_runs_are_the_same() -> None:
     assert np.all(np.linalg.eigvalsh(ekf.covariance(after)) > 0)
 
 
-def test_gaps_end_a_motion_but_not_what_is_known() -> None:
+def test_gaps_end_a_motion_and_keep_the_estimates() -> None:
     whole = log_of(1e-3, 2)
     keep = np.r_[0:4000, 4500 : len(whole)]
     v = whole.measured_velocity
@@ -302,12 +302,12 @@ def test_gaps_end_a_motion_but_not_what_is_known() -> None:
         assert found.value(name) == pytest.approx(true, abs=1e-3)
 
 
-def test_two_samples_tell_nothing() -> None:
+def test_two_samples_identify_nothing() -> None:
     found = ExtendedKalmanFilter(inertia=MASS).fit(log_of(1e-3, 2).part(0, 2))
     assert not any(parameter.identified for parameter in found.parameters.values())
 
 
-def test_what_the_filter_needs_from_the_start_is_asked_for() -> None:
+def test_missing_settings_of_an_online_filter_are_refused() -> None:
     with refuses("filter_needs"):
         ExtendedKalmanFilter(inertia=1.0).init(sampling_time=T)
 

@@ -85,7 +85,7 @@ def ends(observer: AdaptiveObserver | LeastSquaresObserver, log: AxisLog) -> np.
     return history
 
 
-def test_the_error_decays_as_the_papers_say(coulomb_log: AxisLog) -> None:
+def test_the_error_decays_as_published(coulomb_log: AxisLog) -> None:
     v = table_of(coulomb_log)[:, 2]
     a, b = np.abs(v[:-1]), np.abs(v[1:])
     moving = v[:-1] * v[1:] > 0
@@ -278,7 +278,7 @@ def test_least_squares_cover_the_truth_under_velocity_noise() -> None:
 
 
 @pytest.mark.parametrize("observer", OBSERVERS[:3])
-def test_rests_with_noise_teach_that_there_is_no_friction(
+def test_rests_with_noise_need_a_dead_band(
     observer: type[AdaptiveObserver],
 ) -> None:
     """An axis at rest seems to creep either way, whatever pushes it.
@@ -297,7 +297,7 @@ def test_rests_with_noise_teach_that_there_is_no_friction(
     assert careful.fit(log).value("coulomb_friction") == pytest.approx(COULOMB, rel=0.02)
 
 
-def test_noise_of_a_sought_inertia_is_told() -> None:
+def test_an_inertia_biased_by_noise_is_not_identified() -> None:
     log = measured(motion(swings, VISCOUS), Sensors(velocity_noise=2e-2))
     found = LeastSquaresObserver().fit(log)
     assert not found.status.trusted
@@ -346,7 +346,7 @@ def test_they_run_along_in_a_controller(
     assert (state[coulomb], state[viscous]) == (0.0, 0.0)
 
 
-def test_what_is_known_need_not_be_estimated(viscous_log: AxisLog) -> None:
+def test_a_known_parameter_is_not_estimated(viscous_log: AxisLog) -> None:
     observer = FriedlandParkObserver(
         inertia=MASS, rate=5.0, initial_values={"viscous_friction": VISCOUS}
     )
@@ -355,7 +355,7 @@ def test_what_is_known_need_not_be_estimated(viscous_log: AxisLog) -> None:
     assert found.value("coulomb_friction") == pytest.approx(COULOMB, rel=1e-6)
 
 
-def test_what_still_moves_at_the_end_is_told(viscous_log: AxisLog) -> None:
+def test_estimates_that_still_change_at_the_end_have_a_note(viscous_log: AxisLog) -> None:
     found = FriedlandParkObserver(inertia=MASS).fit(viscous_log)
     assert any("moved by" in note for note in found.diagnostics.notes)
 
@@ -432,7 +432,7 @@ def test_liao_and_chiens_observer_compensates_in_the_loop() -> None:
     assert errors[1] < 0.1 * errors[0]
 
 
-def test_an_axis_that_only_creeps_in_its_noise_tells_nothing() -> None:
+def test_an_axis_that_only_moves_in_its_noise_identifies_nothing() -> None:
     time = np.arange(0.0, 2.0, T)
     rng = np.random.default_rng(0)
     log = axis_log(

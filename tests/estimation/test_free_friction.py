@@ -257,7 +257,7 @@ def test_the_rate_of_the_walk_is_found(with_velocity: bool, rate: float) -> None
     assert decades.std(ddof=1) < 0.2  # 1500 samples tell it to better than half of itself
 
 
-def test_short_stretches_tell_of_the_rate_together() -> None:
+def test_short_stretches_determine_the_rate_together() -> None:
     """Thirty of 100 samples: each alone is wrong by a factor of 2, all together are not."""
     walks = [Walk.simulated(100, 500 + k) for k in range(30)]
     stretches, axis = [walk.measured(with_velocity=True) for walk in walks], walks[0].axis

@@ -100,7 +100,7 @@ def test_its_rows_solve_the_instrumental_equations() -> None:
     assert np.std(residual) == pytest.approx(np.std(left), rel=0.1)
 
 
-def test_a_known_inertia_and_directions_of_their_own() -> None:
+def test_a_known_inertia_and_friction_per_direction() -> None:
     found = IdimInstrumentalVariables(inertia=1.0, per_direction=True).fit(log_of(1e-5, 0))
     assert "mass" not in found.parameters
     assert found.value("viscous_friction_positive") == pytest.approx(1.0, rel=0.02)

@@ -77,7 +77,7 @@ def test_noise_of_the_velocity_adds_no_way_in_a_rest() -> None:
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.99])
-def test_noise_before_the_first_motion_teaches_nothing(factor: float) -> None:
+def test_noise_before_the_first_motion_changes_nothing(factor: float) -> None:
     motion = moved(TRUTH, np.concatenate([np.zeros(20_000), swing(5000)]))
     log = measured(motion, Sensors(position_noise=1e-6, velocity="none"), 3)
     estimator = EnergyEstimator(forgetting_factor=factor, offset=False)
@@ -128,7 +128,7 @@ def test_a_prior_that_is_given_holds() -> None:
     np.testing.assert_allclose(history[-1], list(guesses.values()), rtol=1e-3)
 
 
-def test_what_no_row_has_told_about_is_not_known() -> None:
+def test_a_parameter_without_rows_has_infinite_variance() -> None:
     log = small_stage(0.0)
     estimator = EnergyEstimator(per_direction=True)
     state = estimator.init(sampling_time=T)
@@ -176,7 +176,7 @@ def test_a_sample_that_is_not_five_numbers_is_refused(sample: Any) -> None:
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e200])
 @pytest.mark.parametrize("place", range(5))
-def test_an_impossible_value_is_counted_and_teaches_nothing(
+def test_an_impossible_value_is_counted_and_changes_nothing(
     log: AxisLog, place: int, bad: float
 ) -> None:
     estimator = EnergyEstimator()

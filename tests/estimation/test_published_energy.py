@@ -259,7 +259,7 @@ def test_noise_that_is_not_given_is_estimated(noisy: list[AxisLog]) -> None:
     assert any("estimated from the log" in note for note in fit.diagnostics.notes)
 
 
-def test_noise_that_is_not_known_yet_is_asked_for(clean: AxisLog) -> None:
+def test_a_step_without_known_noise_is_refused(clean: AxisLog) -> None:
     estimator = PublishedEnergyEstimator(**ARM, sums="settled")
     state = estimator.init(sampling_time=T)
     sample = (1.0, 0.0, 0.0, 0.0, 0.0)
@@ -270,7 +270,7 @@ def test_noise_that_is_not_known_yet_is_asked_for(clean: AxisLog) -> None:
     estimator.step(after, sample)
 
 
-def test_a_fit_says_what_noise_does_to_it(clean: AxisLog, noisy: list[AxisLog]) -> None:
+def test_the_notes_of_a_fit_state_the_effect_of_noise(clean: AxisLog, noisy: list[AxisLog]) -> None:
     plain = PublishedEnergyEstimator(**ARM).fit(noisy[0])
     assert any("no interval allows for that bias" in note for note in plain.diagnostics.notes)
     coulomb = plain.parameters["coulomb_friction"].ci95
@@ -416,7 +416,7 @@ def test_noise_lengthens_no_settled_sum(speed: float) -> None:
     assert 2 / 3 * SIGMA_V**2 * duration > 2 * STANDARD_ERRORS * error[1]
 
 
-def test_the_share_of_noise_that_a_note_tells(clean: AxisLog, noisy: list[AxisLog]) -> None:
+def test_the_share_of_noise_in_a_note(clean: AxisLog, noisy: list[AxisLog]) -> None:
     estimator = PublishedEnergyEstimator(**ARM)
     state = estimator.init(sampling_time=T)
     tables = [table_of(log) for log in (noisy[0], clean)]

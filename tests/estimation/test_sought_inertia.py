@@ -125,7 +125,7 @@ def test_the_error_is_near_the_bound() -> None:
         assert np.sqrt(squares[name]) < chance * NEAR_BOUND, squares
 
 
-def test_where_the_speed_never_changes_the_mass_is_not_told() -> None:
+def test_constant_speed_does_not_identify_the_mass() -> None:
     law = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=3.0)
     plant = SingleMass(mass=1.5, friction=law)
     generator = np.random.default_rng(3)

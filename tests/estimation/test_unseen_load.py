@@ -122,7 +122,7 @@ def test_wherever_the_load_began_no_bias_is_seen(study: np.ndarray, way: int) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", [1, 3], ids=["offline", "on line"])
-def test_intervals_hold_as_often_as_they_say(study: np.ndarray, way: int) -> None:
+def test_intervals_hold_the_truth_in_95_percent(study: np.ndarray, way: int) -> None:
     least = scipy.stats.binom.ppf(1.0 - SURE, RUNS, 0.95)
     assert np.all(study[:, way].sum(0) >= least)
 
@@ -137,7 +137,7 @@ def test_a_mass_that_mostly_sticks_does_not_mislead(scale: float) -> None:
         assert abs(estimate.value(name) - true) < FAR * std_of(estimate, name)
 
 
-def test_a_driven_mass_that_stands_still_is_told() -> None:
+def test_a_driven_mass_at_rest_has_insufficient_excitation() -> None:
     effort = 0.1 * np.sin(np.arange(3000) * T)
     motion = simulate(surrogate.surrogate_arm(), effort, sampling_time=T)
     estimate = ARM.fit(seen(motion, surrogate.surrogate_sensors(1.0)))
@@ -145,7 +145,7 @@ def test_a_driven_mass_that_stands_still_is_told() -> None:
     assert all(verdict.reason for verdict in estimate.diagnostics.verdicts)
 
 
-def test_the_load_is_where_the_smoother_says() -> None:
+def test_the_smoother_finds_the_load() -> None:
     motion = moved(load=(0.3, -0.4))
     log = seen(motion, surrogate.surrogate_sensors(1.0))
     (part,) = reconstructed([log], ARM.model, LowPass.of(T))
@@ -158,7 +158,7 @@ def test_the_load_is_where_the_smoother_says() -> None:
     assert np.mean(np.abs(error) <= told) > 0.5
 
 
-def test_a_load_that_cannot_be_found_is_told() -> None:
+def test_a_load_that_cannot_be_reconstructed_has_a_note() -> None:
     """A load a thousand times as heavy hardly moves, and its spring does not say where it is."""
     law = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=0.5)
     arm = FlexibleArm(mass_1=1.0, mass_2=1e3, stiffness=50.0, friction=law)
@@ -217,7 +217,7 @@ def test_the_inertia_needs_the_load() -> None:
         ARM.run(ARM.init(sampling_time=T), seen(moved(), Sensors()))
 
 
-def test_identify_says_that_the_load_was_reconstructed_and_draws_everything() -> None:
+def test_identify_notes_a_reconstructed_load_and_draws_everything() -> None:
     log = seen(moved(), surrogate.surrogate_sensors(1.0))
     found = identify(log, inertia=1.0, load_inertia=1.0, stiffness=1.0)
     assert found.estimate.status is Status.OK
