@@ -11,7 +11,7 @@ from jaxtyping import Float
 from stickslip.estimation.fit.fitted import Fit, RowsEstimator
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
-from stickslip.estimation.likelihood.axis_parameters import AxisParameters, load_name
+from stickslip.estimation.likelihood.axis_parameters import SIDES, AxisParameters, load_name
 from stickslip.estimation.likelihood.first_guess import first_guess
 from stickslip.estimation.likelihood.search import (
     Maximum,
@@ -186,7 +186,7 @@ class MaximumLikelihoodEstimator(RowsEstimator):
         """Return the names of what is estimated, in the order of the covariance."""
         known = self._known(kind)
         structure = [name for name, value in known.items() if value is None]
-        sides = ("_positive", "_negative") if self.per_direction else ("",)
+        sides = SIDES if self.per_direction else ("",)
         static = [f"static_friction{side}" for side in sides] if self.static_friction else []
         return (*structure, *self.terms.names, *static)
 
@@ -239,12 +239,12 @@ class MaximumLikelihoodEstimator(RowsEstimator):
             stiffness=self.stiffness,
         )
 
-    def _found(self, log: AxisLog) -> _Found:
-        """Search the likeliest parameters, and the likeliest delay."""
+    def _prepared(self, log: AxisLog) -> tuple[AxisLog, LowPass, tuple[str, ...], bool]:
+        """Return the log to search in, its low-pass, notes on it, and whether it is clipped."""
         check_excited(log)
-        log = whole = repaired(log)
-        low_pass = LowPass.of(log.sampling_time)
-        log, wrong = without_wrong_velocity(log, low_pass, load=bool(self.flexible))
+        whole = repaired(log)
+        low_pass = LowPass.of(whole.sampling_time)
+        log, wrong = without_wrong_velocity(whole, low_pass, load=bool(self.flexible))
         least = max(_LEAST_SAMPLES, self.largest_delay + 2)
         if max(len(part) for part in log.segments()) < least:
             raise InputError(
@@ -257,7 +257,11 @@ class MaximumLikelihoodEstimator(RowsEstimator):
             )
         load = bool(self.flexible) and log.measured_load_position is not None
         cutoff, _ = chosen_cutoff(log, low_pass, _LEAST_SAMPLES, load=load)
-        low_pass = replace(low_pass, cutoff=cutoff)
+        return log, replace(low_pass, cutoff=cutoff), (*whole.notes, *wrong), whole.clipped
+
+    def _found(self, log: AxisLog) -> _Found:
+        """Search the likeliest parameters, and the likeliest delay."""
+        log, low_pass, notes, clipped = self._prepared(log)
         coloured, names = self.noise == "coloured", self.parameter_names(log.kind)
         rigid_static = self.static_friction and not self.flexible
         if rigid_static:
@@ -269,7 +273,7 @@ class MaximumLikelihoodEstimator(RowsEstimator):
             known={name: value for name, value in given if value is not None},
             flexible=bool(self.flexible),
         )
-        guess = first_guess(log, parameters, self.initial_values or {}, cutoff=cutoff)
+        guess = first_guess(log, parameters, self.initial_values or {}, cutoff=low_pass.cutoff)
         tried: list[_Found] = []
         for delay in range(self.largest_delay + 1):
             if tried:
@@ -293,8 +297,8 @@ class MaximumLikelihoodEstimator(RowsEstimator):
                     maximum=maximum,
                     delay=delay,
                     sought_delay=self.largest_delay > 0,
-                    notes=(*whole.notes, *wrong, *note),
-                    clipped=whole.clipped,
+                    notes=(*notes, *note),
+                    clipped=clipped,
                 )
             )
         best = _likeliest(tried)

@@ -12,6 +12,7 @@ from stickslip.estimation.energy.levels import summed
 from stickslip.estimation.likelihood.axis_parameters import (
     SIDES,
     AxisParameters,
+    coulomb_of,
     load_name,
     without_side,
 )
@@ -52,7 +53,7 @@ def first_guess(
     effort = float(np.max(np.abs(log.effort)))
     values: list[float] = []
     for name in parameters.names:
-        value = given.get(name, found.get(name, found.get(_coulomb(name))))
+        value = given.get(name, found.get(name, found.get(coulomb_of(name))))
         if "friction" in name and name not in given:
             value = max(value or 0.0, _LEAST * effort if "viscous" not in name else 0.0)
             value *= _STATIC if "static" in name else 1.0
@@ -62,11 +63,6 @@ def first_guess(
             raise InputError("no_first_guess_in_log", where=log.name, name=name)
         values.append(value)
     return np.array(values)
-
-
-def _coulomb(name: str) -> str:
-    """Return the name of the Coulomb friction that a static friction begins at."""
-    return name.replace("static", "coulomb")
 
 
 def _estimated(
@@ -99,7 +95,7 @@ def _estimated(
     for estimator, of in tried:
         if estimator is energy and not parameters.flexible:
             found = {**_integrated(log, parameters), **found}
-            if all(_coulomb(name) in found for name in parameters.names):
+            if all(coulomb_of(name) in found for name in parameters.names):
                 break
         try:
             estimate = estimator.fit(of)
@@ -116,7 +112,7 @@ def _integrated(log: AxisLog, parameters: AxisParameters) -> dict[str, float]:
     """Return what the integrated balance finds, by the names of what is sought."""
     values = integral_guess(log)
     found = {mass_name(log.kind): values["mass"]} if values else {}
-    for name in map(_coulomb, parameters.names):
+    for name in map(coulomb_of, parameters.names):
         if without_side(name) in values:
             found.setdefault(name, values[without_side(name)])
     return found

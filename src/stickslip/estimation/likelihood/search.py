@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.likelihood.axis_parameters import SIDES, AxisParameters
+from stickslip.estimation.likelihood.axis_parameters import SIDES, AxisParameters, coulomb_of
 from stickslip.estimation.likelihood.windows import ChannelNoise, Window, likeliest_noise, whitened
 from stickslip.estimation.point_estimate import NORMAL_95
 from stickslip.records import (
@@ -282,9 +282,7 @@ def _static_starts(
     static = [name.startswith("static") for name in parameters.names]
     if not any(static):
         return []
-    coulomb = [
-        parameters.value(name.replace("static", "coulomb"), values) for name in parameters.names
-    ]
+    coulomb = [parameters.value(coulomb_of(name), values) for name in parameters.names]
     return [np.where(static, ratio * np.array(coulomb), values) for ratio in _STATIC_RATIOS]
 
 

@@ -306,19 +306,17 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
         verdicts = [every[k] for k in at]
         covariance, half_width = intervals.covariance[np.ix_(at, at)], intervals.half[at]
         unsure = set() if comparison is None or intervals.white else set(comparison.unshared)
+        withheld = dict.fromkeys(
+            unsure, "the innovations are not white, and slow motion alone does not determine it"
+        )
         parameters: dict[str, ParameterEstimate] = {}
         for k, name in enumerate(names):
             half, value = float(half_width[k]), float(values[k])
-            reason = None
             if name == problem.mass_name and half > abs(value):
-                reason = "its 95 % interval is wider than the value itself"
-            elif name in unsure:
-                reason = (
-                    "the innovations are not white, and slow motion alone does not determine it"
-                )
-            if mask[k] and reason is not None:
+                withheld[name] = "its 95 % interval is wider than the value itself"
+            if mask[k] and name in withheld:
                 mask[k] = False
-                verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
+                verdicts[k] = Verdict(parameter=name, identifiable=False, reason=withheld[name])
             parameters[name] = ParameterEstimate(
                 name=name,
                 value=value if mask[k] else None,
