@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.stats
 from axis_logs import axis_log
+from estimates import covered
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from laws import uneven
@@ -264,10 +265,7 @@ def test_intervals_hold_under_a_slow_disturbance_and_encoder_noise(correlation: 
     for _ in range(runs):
         force = autoregression(generator, samples, correlation)
         log = disturbed(stage, effort, force, sensors, generator, sampling_time=0.001)
-        found = EnergyEstimator().fit(log).parameters
-        for name, value in truth.items():
-            low, high = found[name].ci95 or (np.nan, np.nan)
-            held += low <= value <= high
+        held += sum(covered(EnergyEstimator().fit(log), truth).values())
     # Parameters of one log are correlated: as many independent trials as logs are counted
     assert held / len(truth) >= scipy.stats.binom.ppf(0.001, runs, 0.95)
 

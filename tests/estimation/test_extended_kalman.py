@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from axis_logs import axis_log
-from estimates import covered, std_of
+from estimates import assert_covers, least_coverage, std_of
 from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
@@ -111,17 +111,11 @@ def test_friction_is_found_without_noise(velocity: bool) -> None:
 @pytest.mark.parametrize("velocity", [True, False])
 def test_intervals_cover_under_white_noise(velocity: bool) -> None:
     runs = 60
-    inside = 0
-    errors: list[list[float]] = []
-    deviations: list[list[float]] = []
-    for seed in range(runs):
-        log = log_of(1e-2, seed, velocity=velocity)
-        found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(log)
-        errors.append([found.value(name) - true for name, true in TRUTH.items()])
-        deviations.append([found.parameters[name].std or 0.0 for name in TRUTH])
-        inside += sum(covered(found, TRUTH).values())
-    # The parameters of a run go together: as if there were `runs` independent trials
-    assert inside / (3 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
+    ekf = ExtendedKalmanFilter(inertia=MASS, offset=True)
+    fits = [ekf.fit(log_of(1e-2, seed, velocity=velocity)) for seed in range(runs)]
+    assert_covers(fits, TRUTH)
+    errors = [[fit.value(name) - true for name, true in TRUTH.items()] for fit in fits]
+    deviations = [[std_of(fit, name) for name in TRUTH] for fit in fits]
     bias = np.mean(errors, axis=0) / np.mean(deviations, axis=0)
     assert np.all(np.abs(bias) < STANDARD_ERRORS / np.sqrt(runs))
 
@@ -175,7 +169,7 @@ def test_it_comes_near_the_cramer_rao_bound() -> None:
     assert np.all(ratio * (1.0 + STANDARD_ERRORS / np.sqrt(2.0 * runs)) < LIMIT)
     assert np.all(np.abs(np.mean(errors, axis=0)) < STANDARD_ERRORS * least / np.sqrt(runs))
     inside = np.mean(np.abs(errors) < widths, axis=0)
-    assert np.all(inside > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs))
+    assert np.all(inside > least_coverage(runs))
 
 
 def test_stops_and_rests_hold_most_of_the_information() -> None:
@@ -191,7 +185,7 @@ def test_higher_static_friction_is_detected_and_nothing_learned_from_it(excess: 
     careful, _ = found_in_short_runs(2.0 * (1.0 + excess), runs, exact_events=False)
     np.testing.assert_array_equal(errors, careful)
     inside = np.mean(np.abs(errors) < widths, axis=0)
-    assert np.all(inside > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs))
+    assert np.all(inside > least_coverage(runs))
 
 
 def test_the_sharp_filter_catches_up_with_what_was_kept() -> None:
@@ -258,14 +252,13 @@ def test_intervals_cover_under_a_slow_disturbing_force() -> None:
     runs, coefficient, deviation = 25, 0.98, 0.1
     effort = swings(20.0)
     sensors = Sensors(position_noise=1e-5, velocity_noise=1e-3)
-    inside = 0
+    fits = []
     for seed in range(runs):
         rng = np.random.default_rng(seed)
         force = deviation * autoregression(rng, effort.size, coefficient)
         log = disturbed(PLANT, effort, force, sensors, rng, sampling_time=T)
-        found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(log)
-        inside += sum(covered(found, TRUTH).values())
-    assert inside / (3 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
+        fits.append(ExtendedKalmanFilter(inertia=MASS, offset=True).fit(log))
+    assert_covers(fits, TRUTH)
 
 
 def test_steps_and_runs_are_the_same() -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from axis_logs import axis_log
-from estimates import covered
+from estimates import assert_covers
 from refusals import refuses
 from scipy import integrate
 from simulated_logs import logged_early, measured, samples_of, table_of
@@ -46,7 +46,6 @@ OBSERVERS = (
 EXACT = 1e-9  # relative: rounding in 10 000 steps
 HELD = 2e-3  # relative: the differential equation and its steps of 1 ms differ by terms of T
 MEAN_SPEED = 1e-7  # (c T / m)^2 / 12, by which the mean of two velocities is not that of a sample
-STANDARD_ERRORS = 4.0
 DELAY_LEFT = 0.1  # error with a removed delay over that with the same delay not removed
 
 
@@ -266,15 +265,9 @@ def test_recursion_ends_at_weighted_least_squares(
 def test_least_squares_cover_the_truth_under_velocity_noise() -> None:
     moved = motion(swings, VISCOUS)
     sensors = Sensors(velocity_noise=1e-3, position_noise=1e-5)
-    truth = {"viscous_friction": VISCOUS, "coulomb_friction": COULOMB}
-    runs = 60
-    inside = 0
-    for seed in range(runs):
-        log = measured(moved, sensors, seed)
-        found = LeastSquaresObserver(inertia=MASS).fit(log)
-        inside += sum(covered(found, truth).values())
-    # Both parameters of a run go together: as if there were `runs` independent trials
-    assert inside / (2 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
+    observer = LeastSquaresObserver(inertia=MASS)
+    fits = (observer.fit(measured(moved, sensors, seed)) for seed in range(60))
+    assert_covers(fits, {"viscous_friction": VISCOUS, "coulomb_friction": COULOMB})
 
 
 @pytest.mark.parametrize("observer", OBSERVERS[:3])

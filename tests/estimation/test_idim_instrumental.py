@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from benchmark_logs import Find, emps
-from estimates import covered
+from estimates import assert_covers
 
 from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
 from stickslip.estimation.fit.rows import Regression
@@ -75,13 +75,7 @@ def test_unbiased_where_least_squares_is_biased(
 
 @pytest.mark.slow
 def test_intervals_cover(logs: list[AxisLog]) -> None:
-    inside = 0
-    for log in logs:
-        found = IdimInstrumentalVariables().fit(log)
-        inside += sum(covered(found, TRUTH).values())
-    # The parameters of a run go together: as if there were RUNS independent trials
-    share = inside / (len(TRUTH) * RUNS)
-    assert share > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / RUNS)
+    assert_covers((IdimInstrumentalVariables().fit(log) for log in logs), TRUTH)
 
 
 def test_its_rows_solve_the_instrumental_equations() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.stats
 from arm_logs import Loop, arm_log, energy_estimator
-from estimates import std_of
+from estimates import covered, std_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from laws import uneven
@@ -322,10 +322,7 @@ def test_intervals_hold_under_a_disturbance(correlation: float, velocity: Any) -
     for _ in range(runs):
         force = autoregression(generator, effort.size, correlation)
         log = disturbed(STAGE, effort, force, sensors, generator, sampling_time=0.001)
-        found = RIGID.fit(log).parameters
-        for k, (name, true) in enumerate(TRUTH.items()):
-            low, high = found[name].ci95 or (np.nan, np.nan)
-            held[k] += low <= true <= high
+        held += list(covered(RIGID.fit(log), TRUTH).values())
     # Slow disturbances cost the intervals two per cent of their coverage in long studies
     assert np.all(held >= scipy.stats.binom.ppf(1.0 - SURE, runs, 0.93))
 
@@ -424,9 +421,8 @@ def test_the_published_stage(name: str, tolerance: float, benchmark_data: Any) -
     symmetric = EnergyEstimator(inertia=95.1089)
     estimate = symmetric.fit(log)
     assert estimate.status is Status.OK
+    assert all(covered(estimate, EMPS).values())
     for parameter, value in EMPS.items():
-        low, high = estimate.parameters[parameter].ci95 or (np.nan, np.nan)
-        assert low <= value <= high
         assert estimate.value(parameter) == pytest.approx(value, rel=tolerance)
     per_direction = EnergyEstimator(inertia=95.1540, per_direction=True)
     directions = per_direction.fit(log)
