@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from simulated_logs import Sample, logged_early, samples_of, table_of
 from slow_cases import quick_where
 
 from stickslip.estimation import (
@@ -346,12 +347,6 @@ def online(name: str) -> OnlineEstimator:
     return estimator
 
 
-def samples(log: AxisLog) -> list[tuple[float, float, float, float, float]]:
-    assert log.measured_velocity is not None
-    columns = (log.effort, log.measured_position, log.measured_velocity)
-    return [(u, x, v, 0.0, 0.0) for u, x, v in zip(*(c.tolist() for c in columns), strict=True)]
-
-
 @pytest.mark.parametrize("name", ONLINE)
 def test_online_steps_are_pure_of_fixed_size_and_repeated_by_run(name: str) -> None:
     estimator = online(name)
@@ -362,7 +357,7 @@ def test_online_steps_are_pure_of_fixed_size_and_repeated_by_run(name: str) -> N
     assert len(set(names)) == len(names)
     state, untouched = first, first.copy()
     history: list[np.ndarray] = []
-    for sample in samples(log):
+    for sample in samples_of(log):
         before = state.copy()
         after, estimates = estimator.step(state, sample)
         np.testing.assert_array_equal(state, before)
@@ -413,9 +408,9 @@ HARM = 0.15
 friction of the moment moves by a few per cent anyway; a missed glitch is more than 100 %."""
 
 
-def with_fault(log: AxisLog, fault: str, k: int) -> list[tuple[float, float, float, float, float]]:
+def with_fault(log: AxisLog, fault: str, k: int) -> list[Sample]:
     """Return the samples of a log with a fault that begins at sample k."""
-    table = np.array(samples(log))
+    table = table_of(log)
     if fault == "glitch of 1 m":
         table[k, 1] += 1.0
     elif fault == "missing position":
@@ -498,7 +493,7 @@ def test_an_online_estimator_recovers_from_a_fault(name: str, fault: str) -> Non
 @pytest.mark.parametrize("name", ONLINE_ONES)
 def test_an_online_estimator_that_is_not_finite_returns_to_its_last_valid_state(name: str) -> None:
     estimator = online_one(name)
-    table = samples(moved_log("linear"))
+    table = samples_of(moved_log("linear"))
     state = estimator.init(sampling_time=T)
     estimates = np.zeros(0)
     for sample in table[:900]:
@@ -519,8 +514,7 @@ def test_an_online_estimator_that_is_not_finite_returns_to_its_last_valid_state(
 def test_an_online_estimator_removes_a_known_delay(name: str, delay: float) -> None:
     """By interpolation, so that fractions of a sample add what the effort bends between two."""
     log = moved_log("linear")
-    k = np.arange(len(log))
-    early = replace(log, effort=np.interp(k + delay, k, log.effort))
+    early = logged_early(log, delay)
 
     def estimates(log: AxisLog, effort_delay: float) -> np.ndarray:
         estimator = replace(online_one(name), effort_delay=effort_delay)  # type: ignore[type-var]

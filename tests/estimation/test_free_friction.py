@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from slow_cases import quick_where
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
+from van_loan import integrated_noise
 
 from stickslip.estimation.energy.known_inertia.free_friction import (
     DrivenMotion,
@@ -33,13 +34,7 @@ def rate_matrix(inertia: float) -> np.ndarray:
 
 
 def van_loan(inertia: float, sampling_time: float) -> np.ndarray:
-    """Integral of exp(A s) b b' exp(A' s) by one exponential (Van Loan 1978)."""
-    A = rate_matrix(inertia)
-    block = np.zeros((6, 6))
-    block[:3, :3], block[3:, 3:] = -A, A.T
-    block[2, 5] = 1.0
-    over = scipy.linalg.expm(block * sampling_time)
-    return over[3:, 3:].T @ over[:3, 3:]
+    return integrated_noise(rate_matrix(inertia), sampling_time)
 
 
 @given(inertia=st.floats(1e-2, 1e3), sampling_time=st.floats(1e-4, 1.0))
@@ -262,7 +257,7 @@ def test_the_rate_of_the_walk_is_found(with_velocity: bool, rate: float) -> None
     assert decades.std(ddof=1) < 0.2  # 1500 samples tell it to better than half of itself
 
 
-def test_short_stretches_tell_of_the_rate_together() -> None:
+def test_short_stretches_determine_the_rate_together() -> None:
     """Thirty of 100 samples: each alone is wrong by a factor of 2, all together are not."""
     walks = [Walk.simulated(100, 500 + k) for k in range(30)]
     stretches, axis = [walk.measured(with_velocity=True) for walk in walks], walks[0].axis

@@ -5,8 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from benchmark_logs import Find, emps
-from estimates import covered
-from refusals import refuses
+from estimates import assert_covers
 
 from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
 from stickslip.estimation.fit.rows import Regression
@@ -76,13 +75,7 @@ def test_unbiased_where_least_squares_is_biased(
 
 @pytest.mark.slow
 def test_intervals_cover(logs: list[AxisLog]) -> None:
-    inside = 0
-    for log in logs:
-        found = IdimInstrumentalVariables().fit(log)
-        inside += sum(covered(found, TRUTH).values())
-    # The parameters of a run go together: as if there were RUNS independent trials
-    share = inside / (len(TRUTH) * RUNS)
-    assert share > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / RUNS)
+    assert_covers((IdimInstrumentalVariables().fit(log) for log in logs), TRUTH)
 
 
 def test_its_rows_solve_the_instrumental_equations() -> None:
@@ -101,7 +94,7 @@ def test_its_rows_solve_the_instrumental_equations() -> None:
     assert np.std(residual) == pytest.approx(np.std(left), rel=0.1)
 
 
-def test_a_known_inertia_and_directions_of_their_own() -> None:
+def test_a_known_inertia_and_friction_per_direction() -> None:
     found = IdimInstrumentalVariables(inertia=1.0, per_direction=True).fit(log_of(1e-5, 0))
     assert "mass" not in found.parameters
     assert found.value("viscous_friction_positive") == pytest.approx(1.0, rel=0.02)
@@ -118,9 +111,3 @@ def test_it_agrees_with_least_squares_on_emps(benchmark_data: Find) -> None:
         assert parameter.std is not None
         assert abs(found.value(name) - other.value(name)) < parameter.std
     assert found.diagnostics.relative_residual < other.diagnostics.relative_residual
-
-
-@pytest.mark.parametrize(("name", "value"), [("feedback", 0.0), ("cutoff", -1.0)])
-def test_settings_are_checked(name: str, value: float) -> None:
-    with refuses("not_positive", name=name, value=value):
-        IdimInstrumentalVariables(**{name: value})

@@ -108,21 +108,6 @@ def test_energies_agree_with_published_and_between_the_emps_files(benchmark_data
     np.testing.assert_allclose(first, second, rtol=0.05)
 
 
-@pytest.mark.parametrize(
-    ("settings", "code"),
-    [
-        ({"inertia": -1.0}, "not_positive"),
-        ({"cutoff": 0.0}, "not_positive"),
-        ({"decimation": 0}, "not_whole"),
-        ({"filter_order": 0}, "not_whole"),
-        ({"per_direction": True, "offset": True}, "offset_and_directions"),
-    ],
-)
-def test_impossible_settings_are_refused(settings: dict[str, float], code: str) -> None:
-    with refuses(code):
-        IdimLeastSquares(**settings)  # type: ignore[arg-type]
-
-
 def test_a_cutoff_above_the_nyquist_frequency_is_refused() -> None:
     time = np.arange(2000) * 0.01
     log = axis_log(time, np.sin(time), np.cos(time))

@@ -8,6 +8,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 import pytest
+from simulated_logs import disturbed
 
 from stickslip.estimation import EnergyEstimator
 from stickslip.estimation.energy.known_inertia import balance
@@ -15,11 +16,11 @@ from stickslip.estimation.energy.known_inertia.balance import sought_regression
 from stickslip.estimation.energy.known_inertia.free_friction import HeldAxis, likeliest_rate
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.fit.rows import MotionSummary, Regression, least_squares
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog
-from stickslip.simulation import Sensors, simulate
+from stickslip.simulation import Sensors
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -39,9 +40,9 @@ def log_of(disturbance: float) -> AxisLog:
     law = CoulombViscousFriction.symmetric(coulomb_friction=COULOMB, viscous_friction=VISCOUS)
     generator = np.random.default_rng(0)
     force = disturbance * generator.normal(size=SAMPLES)
-    motion = simulate(SingleMass(mass=MASS, friction=law), EFFORT + force, sampling_time=T)
     sensors = Sensors(velocity="none", position_noise=1e-6) if disturbance else Sensors()
-    return replace(sensors.measure(motion, generator), effort=np.append(EFFORT, EFFORT[-1]))
+    plant = SingleMass(mass=MASS, friction=law)
+    return disturbed(plant, EFFORT, force, sensors, generator, sampling_time=T)
 
 
 def levels_of(mass: float) -> Regression:
@@ -69,7 +70,7 @@ def levels_of(mass: float) -> Regression:
 
 def sought(levels: Regression, log: AxisLog) -> Regression:
     model = AxisModel(inertia=None)
-    low_pass = LowPass(order=4, cutoff=default_cutoff(T))
+    low_pass = LowPass.of(T)
     return sought_regression(levels, [log], model, low_pass, notes=())
 
 

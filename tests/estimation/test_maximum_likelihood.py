@@ -143,7 +143,7 @@ def test_a_short_log_of_positions_alone_is_fitted(per_direction: bool) -> None:
         assert parameter.std < 0.01 * 20.0
 
 
-def test_an_effort_that_acts_late_is_among_the_causes_named() -> None:
+def test_a_delayed_effort_is_among_the_causes_named() -> None:
     generator = np.random.default_rng(4)
     effort = multisine(generator, 2500)
     late = np.append([0.0, 0.0], effort[:-2])
@@ -234,7 +234,7 @@ def test_static_friction_that_the_motion_does_not_show_is_not_identifiable() -> 
     assert estimate.value("coulomb_friction") == pytest.approx(0.15, rel=0.05)
 
 
-def test_one_direction_cannot_tell_coulomb_friction_from_an_offset() -> None:
+def test_one_direction_does_not_separate_coulomb_friction_and_offset() -> None:
     generator = np.random.default_rng(9)
     time = np.arange(4000) * SAMPLING_TIME
     log = logged(servo(), 1.2 + 0.4 * np.sin(9.0 * time), ENCODER, generator)
@@ -247,7 +247,7 @@ def test_one_direction_cannot_tell_coulomb_friction_from_an_offset() -> None:
     assert estimate.value("inertia") == pytest.approx(INERTIA, rel=1e-3)
 
 
-def test_an_axis_that_hardly_moves_is_told() -> None:
+def test_an_axis_that_hardly_moves_has_insufficient_excitation() -> None:
     generator = np.random.default_rng(10)
     effort = 0.3 * np.sin(np.arange(2000) * 0.01)
     log = logged(servo(), effort, Sensors(position_noise=1e-4), generator)
@@ -277,7 +277,7 @@ def test_gaps_and_a_horizon_give_every_stretch_a_first_state() -> None:
     assert len(estimator.maximum(log).initial_states) == 4
 
 
-def test_a_force_that_the_model_lacks_is_told() -> None:
+def test_an_unmodelled_force_has_a_note() -> None:
     generator = np.random.default_rng(12)
     effort = multisine(generator)
     disturbed = effort + 0.1 * np.sin(2 * np.pi * 0.11 * np.arange(effort.size) * SAMPLING_TIME)
@@ -293,22 +293,3 @@ def test_a_report_can_be_made_of_it() -> None:
     assert found.curve is not None
     assert found.residuals is not None
     assert found.residuals.share < 0.1
-
-
-@pytest.mark.parametrize(
-    ("settings", "code"),
-    [
-        ({"inertia": -1.0}, "not_positive"),
-        ({"horizon": 0.0}, "not_positive"),
-        ({"noise": "pink"}, "not_a_choice"),
-        ({"largest_delay": -1}, "not_whole"),
-        ({"per_direction": True, "offset": True}, "offset_and_directions"),
-        ({"flexible": True}, "no_guess_of_arm"),
-        ({"flexible": False, "stiffness": 1.0}, "parts_of_rigid_axis"),
-        ({"initial_values": {"stiffness": 1.0}}, "guess_not_estimated"),
-    ],
-)
-@pytest.mark.usefixtures("without_shape_checks")
-def test_impossible_settings_are_refused(settings: dict[str, Any], code: str) -> None:
-    with refuses(code):
-        MaximumLikelihoodEstimator(**settings)

@@ -40,7 +40,7 @@ from stickslip.estimation.likelihood.process_noise.uncertainty import (
     shift_by_low_speed,
     whiteness_probability,
 )
-from stickslip.records import AxisLog, InputError, Status
+from stickslip.records import AxisLog, Status
 
 T = 0.01
 NAMES = ("mass", "viscous_friction", "coulomb_friction", "offset", "effort_delay")
@@ -520,12 +520,6 @@ def test_too_little_motion_is_a_status() -> None:
     log, _ = closed_loop(6)
     estimate = ProcessNoiseLikelihoodEstimator().fit(log.part(0, 30))
     assert estimate.status is Status.INSUFFICIENT_EXCITATION
-
-
-@pytest.mark.parametrize("settings", [{"largest_delay": -1}, {"inertia": -1.0}])
-def test_settings_are_checked(settings: dict[str, float]) -> None:
-    with pytest.raises(InputError):
-        ProcessNoiseLikelihoodEstimator(**settings)
 
 
 def test_whiteness_probability_is_uniform_for_white_noise_and_small_for_red() -> None:

@@ -110,21 +110,10 @@ def test_with_forgetting_it_follows_a_change() -> None:
     np.testing.assert_allclose(history[-1], TRUTH + np.array([1.0, 0.0, 0.0]), rtol=1e-3)
 
 
-@pytest.mark.parametrize("factor", [0.0, -1.0, 1.001, float("nan")])
-def test_impossible_forgetting_is_refused(factor: float) -> None:
-    with refuses("not_in_interval", name="forgetting_factor"):
-        RecursiveLeastSquares(forgetting_factor=factor)
-
-
-def test_too_many_parameters_are_refused() -> None:
+@pytest.mark.usefixtures("without_shape_checks")
+def test_impossible_first_guesses_are_refused() -> None:
     with refuses("guesses_out_of_range", count=6):
         RecursiveLeastSquares().init(initial_values=[0.0] * 6, initial_variance=1.0)
-
-
-@pytest.mark.usefixtures("without_shape_checks")
-def test_impossible_settings_are_refused() -> None:
-    with refuses("not_a_choice", name="forgetting", value="foo"):
-        RecursiveLeastSquares(forgetting="foo")  # type: ignore[arg-type]
     with refuses("samples_not_finite", name="initial_values"):
         RecursiveLeastSquares().init(initial_values=[0.0, np.nan], initial_variance=1.0)
 

@@ -235,19 +235,6 @@ def test_a_report_draws_the_stribeck_curve():
     assert found.resimulation is not None
 
 
-@pytest.mark.parametrize(
-    ("change", "code"),
-    [
-        ({"method": EnergyEstimator(stribeck=EFFECT)}, "stribeck_given"),
-        ({"velocities": (0.1, 0.05)}, "velocities_out_of_order"),
-        ({"velocities": (0.0, 0.05)}, "velocities_out_of_order"),
-    ],
-)
-def test_refusals(change, code):
-    with refuses(code):
-        StribeckEstimator(**{"method": EnergyEstimator(), **change})
-
-
 @pytest.mark.parametrize("inertia", [None, 1.0])
 @pytest.mark.parametrize("several", [False, True])
 def test_no_room_on_line(inertia, several):

@@ -9,6 +9,8 @@ import scipy.stats
 from axis_logs import axis_log
 from estimates import covered, std_of
 from refusals import refuses
+from simulated_logs import measured
+from van_loan import integrated_noise
 
 from stickslip.estimation import EnergyEstimator, MaximumLikelihoodEstimator, examine
 from stickslip.estimation.energy.known_inertia.free_friction import (
@@ -18,7 +20,7 @@ from stickslip.estimation.energy.known_inertia.free_friction import (
 )
 from stickslip.estimation.energy.known_inertia.stretches import reconstructed
 from stickslip.estimation.energy.levels import AxisModel
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import AxisLog, Status
@@ -52,7 +54,7 @@ def moved(scale: float = 1.0, load: tuple[float, float] = (0.0, 0.0)) -> Simulat
 
 
 def seen(motion: SimulatedMotion, sensors: Sensors, seed: int = 0) -> AxisLog:
-    return replace(sensors, load=False).measure(motion, np.random.default_rng(seed))
+    return measured(motion, replace(sensors, load=False), seed)
 
 
 @pytest.mark.parametrize(
@@ -120,7 +122,7 @@ def test_wherever_the_load_began_no_bias_is_seen(study: np.ndarray, way: int) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", [1, 3], ids=["offline", "on line"])
-def test_intervals_hold_as_often_as_they_say(study: np.ndarray, way: int) -> None:
+def test_intervals_hold_the_truth_in_95_percent(study: np.ndarray, way: int) -> None:
     least = scipy.stats.binom.ppf(1.0 - SURE, RUNS, 0.95)
     assert np.all(study[:, way].sum(0) >= least)
 
@@ -135,7 +137,7 @@ def test_a_mass_that_mostly_sticks_does_not_mislead(scale: float) -> None:
         assert abs(estimate.value(name) - true) < FAR * std_of(estimate, name)
 
 
-def test_a_driven_mass_that_stands_still_is_told() -> None:
+def test_a_driven_mass_at_rest_has_insufficient_excitation() -> None:
     effort = 0.1 * np.sin(np.arange(3000) * T)
     motion = simulate(surrogate.surrogate_arm(), effort, sampling_time=T)
     estimate = ARM.fit(seen(motion, surrogate.surrogate_sensors(1.0)))
@@ -143,10 +145,10 @@ def test_a_driven_mass_that_stands_still_is_told() -> None:
     assert all(verdict.reason for verdict in estimate.diagnostics.verdicts)
 
 
-def test_the_load_is_where_the_smoother_says() -> None:
+def test_the_smoother_finds_the_load() -> None:
     motion = moved(load=(0.3, -0.4))
     log = seen(motion, surrogate.surrogate_sensors(1.0))
-    (part,) = reconstructed([log], ARM.model, LowPass(order=4, cutoff=default_cutoff(T)))
+    (part,) = reconstructed([log], ARM.model, LowPass.of(T))
     assert part.measured_load_position is not None
     assert motion.load_position is not None
     error = part.measured_load_position - motion.load_position[: len(log)]
@@ -156,7 +158,7 @@ def test_the_load_is_where_the_smoother_says() -> None:
     assert np.mean(np.abs(error) <= told) > 0.5
 
 
-def test_a_load_that_cannot_be_found_is_told() -> None:
+def test_a_load_that_cannot_be_reconstructed_has_a_note() -> None:
     """A load a thousand times as heavy hardly moves, and its spring does not say where it is."""
     law = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=0.5)
     arm = FlexibleArm(mass_1=1.0, mass_2=1e3, stiffness=50.0, friction=law)
@@ -176,7 +178,7 @@ def test_a_load_that_cannot_be_found_is_told() -> None:
 
 def test_what_is_measured_or_rigid_is_left_as_it_is() -> None:
     log = Sensors().measure(moved(), np.random.default_rng(0))
-    low_pass = LowPass(order=4, cutoff=default_cutoff(T))
+    low_pass = LowPass.of(T)
     assert reconstructed([log], ARM.model, low_pass)[0] is log
     rigid = AxisModel(inertia=1.0)
     assert reconstructed([log], rigid, low_pass)[0] is log
@@ -215,7 +217,7 @@ def test_the_inertia_needs_the_load() -> None:
         ARM.run(ARM.init(sampling_time=T), seen(moved(), Sensors()))
 
 
-def test_identify_says_that_the_load_was_reconstructed_and_draws_everything() -> None:
+def test_identify_notes_a_reconstructed_load_and_draws_everything() -> None:
     log = seen(moved(), surrogate.surrogate_sensors(1.0))
     found = identify(log, inertia=1.0, load_inertia=1.0, stiffness=1.0)
     assert found.estimate.status is Status.OK
@@ -247,15 +249,6 @@ def rate_matrix(inertia: float, load_inertia: float, stiffness: float) -> np.nda
     return F
 
 
-def van_loan(F: np.ndarray, step: float) -> np.ndarray:
-    """Integral of exp(F s) b b' exp(F' s), b the rate of the friction, by one exponential."""
-    both = np.zeros((10, 10))
-    both[:5, :5], both[5:, 5:] = -F, F.T
-    both[4, 9] = 1.0
-    over = scipy.linalg.expm(both * step)
-    return over[5:, 5:].T @ over[:5, 5:]
-
-
 SHORT = {"inertia": 1.3, "load_inertia": 0.7, "stiffness": 40.0}
 
 
@@ -275,7 +268,7 @@ def test_the_smoother_is_the_posterior() -> None:
     # The rates of all states, friction the last; what the effort does is what friction undoes
     over = scipy.linalg.expm(rate_matrix(**SHORT) * step)
     push = np.append(-over[:4, 4], 0.0)
-    Q = rate * van_loan(rate_matrix(**SHORT), step)
+    Q = rate * integrated_noise(rate_matrix(**SHORT), step)
     duration = n * step
     first = np.append(sensors.first, sensors.force_squared / duration + rate * duration)
     # All states at once: x = mean + G w, w the first state and what each sample adds
@@ -310,6 +303,6 @@ def test_the_smoother_is_the_posterior() -> None:
 
 
 def test_the_walk_is_van_loans_integral() -> None:
-    expected = van_loan(rate_matrix(**SHORT), 0.1)
+    expected = integrated_noise(rate_matrix(**SHORT), 0.1)
     found = walk_covariance(AxisModel(**SHORT), 0.1)
     np.testing.assert_allclose(found, expected, atol=1e-15, rtol=1e-6)

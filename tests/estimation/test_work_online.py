@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba.extending import is_jitted
 from refusals import refuses
+from simulated_logs import measured, samples_of
 
 from stickslip.control import (
     PD,
@@ -47,14 +48,7 @@ def swing(samples: int) -> np.ndarray:
 
 def logged(effort: np.ndarray, sensors: Sensors = NOISY, seed: int = 0) -> AxisLog:
     motion = simulate(SingleMass(mass=MASS, friction=LAW), effort, sampling_time=T)
-    return sensors.measure(motion, np.random.default_rng(seed))
-
-
-def rows_of(log: AxisLog) -> list[tuple[float, ...]]:
-    velocity = log.measured_velocity
-    zero = np.zeros(len(log))
-    columns = [log.effort, log.measured_position, zero if velocity is None else velocity]
-    return [tuple(row) for row in np.column_stack([*columns, zero, zero]).tolist()]
+    return measured(motion, sensors, seed)
 
 
 VARIANTS: dict[str, tuple[dict[str, Any], Sensors]] = {
@@ -82,8 +76,8 @@ def test_steps_are_the_run_and_so_are_its_parts(variant: str) -> None:
     before = start.copy()
     whole, history = estimator.run(start, log)
     state, values = start, start[:0]
-    for sample in rows_of(log):
-        state, values = estimator.step(state, sample)  # type: ignore[arg-type]
+    for sample in samples_of(log):
+        state, values = estimator.step(state, sample)
     np.testing.assert_array_equal(state, whole)
     np.testing.assert_array_equal(values, history[-1])
     np.testing.assert_array_equal(start, before)
@@ -95,7 +89,7 @@ def test_steps_are_the_run_and_so_are_its_parts(variant: str) -> None:
     assert np.all(np.isfinite(whole))
 
 
-def test_the_estimate_is_late_by_what_it_looks_ahead() -> None:
+def test_the_estimate_is_delayed_by_its_lag() -> None:
     log = logged(swing(1000))
     start = replace(RIGID, initial_values={"coulomb_friction": 1.5}).init(sampling_time=T)
     state, history = RIGID.run(start, log.part(0, LAG))
@@ -139,7 +133,7 @@ def test_its_covariance_is_that_of_its_errors() -> None:
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e200])
 @pytest.mark.parametrize("place", range(3))
-def test_an_impossible_value_is_counted_and_teaches_nothing(place: int, bad: float) -> None:
+def test_an_impossible_value_is_counted_and_changes_nothing(place: int, bad: float) -> None:
     log = logged(swing(300))
     state, _ = RIGID.run(RIGID.init(sampling_time=T), log)
     sample: Any = [1.0, 0.1, 0.2, 0.0, 0.0]
@@ -273,7 +267,7 @@ def test_a_change_of_friction_is_followed(sensors: Sensors) -> None:
     ],
 )
 @pytest.mark.parametrize("rest", [100, 20_000])
-def test_a_rest_before_the_first_motion_teaches_nothing(sensors: Sensors, rest: int) -> None:
+def test_a_rest_before_the_first_motion_changes_nothing(sensors: Sensors, rest: int) -> None:
     """An encoder that has not counted yet says nothing of its noise."""
     log = logged(np.concatenate([np.zeros(rest), swing(8000)]), sensors)
     state = RIGID.init(sampling_time=T, velocity_measured=log.measured_velocity is not None)
@@ -397,7 +391,7 @@ def test_an_arm_whose_load_has_no_velocity_sensor() -> None:
 
 
 @pytest.mark.parametrize("stiffness", [0.5, 50.0])
-def test_at_rest_noise_teaches_nothing(stiffness: float) -> None:
+def test_noise_at_rest_changes_nothing(stiffness: float) -> None:
     first = {"coulomb_friction": 0.3, "viscous_friction": 0.1}
     variance = ((1e-4, 0.0), (0.0, 1e-3))
     estimator = EnergyEstimator(

@@ -1,6 +1,6 @@
 """Estimates as tests need them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -73,3 +73,17 @@ def covered(estimate: FrictionEstimate, truth: Mapping[str, float]) -> dict[str,
     intervals = {name: estimate.parameters[name].ci95 for name in truth}
     assert None not in intervals.values(), intervals
     return {name: low <= truth[name] <= high for name, (low, high) in intervals.items()}  # type: ignore[misc]
+
+
+def least_coverage(runs: int) -> float:
+    """Return the share of 95 % intervals that hold the truth, less four standard errors."""
+    return 0.95 - 4.0 * float(np.sqrt(0.95 * 0.05 / runs))
+
+
+def assert_covers(fits: Iterable[FrictionEstimate], truth: Mapping[str, float]) -> None:
+    """Check the share of 95 % intervals of independent runs that hold the truth.
+
+    The parameters of a run are correlated: as many independent trials as runs are counted.
+    """
+    held = [list(covered(fit, truth).values()) for fit in fits]
+    assert np.mean(held) > least_coverage(len(held))

@@ -1,7 +1,7 @@
 """Checks of the settings of estimators, and their form as options."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -71,7 +71,13 @@ def check_forgetting_factor(value: float) -> None:
 def options_of(estimator: Any) -> dict[str, Any]:
     """Return name and settings of an estimator as plain values, for a result's provenance."""
     values = {field.name: getattr(estimator, field.name) for field in fields(estimator)}
-    plain = {
-        name: dict(value) if isinstance(value, Mapping) else value for name, value in values.items()
-    }
-    return {"estimator": estimator.name, **plain}
+    return {"estimator": estimator.name, **{name: _plain(each) for name, each in values.items()}}
+
+
+def _plain(value: Any) -> Any:
+    """Return a setting without records and mappings of other types than dict."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
+    return tuple(map(_plain, value)) if isinstance(value, tuple) else value

@@ -61,7 +61,7 @@ def travel_direction(x: Float[np.ndarray, " n"], hysteresis: float) -> Float[np.
 
     A reversal counts once the position has come back from its furthest point by more than the
     hysteresis, and then from that point on: noise smaller than the hysteresis makes no reversals,
-    and none is late. Where the position never leaves the hysteresis, the direction is 0.
+    and none is delayed. Where the position never leaves the hysteresis, the direction is 0.
     """
     n = x.size - 1
     direction = np.zeros(n)

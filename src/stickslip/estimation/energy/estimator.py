@@ -13,13 +13,23 @@ from jaxtyping import Float
 from stickslip.estimation.energy.known_inertia.method import KnownInertiaMethod
 from stickslip.estimation.energy.levels import EnergyLevels
 from stickslip.estimation.energy.method import EnergySettings
+from stickslip.estimation.energy.samples import samples_of
 from stickslip.estimation.energy.unknown_inertia.method import UnknownInertiaMethod
 from stickslip.estimation.fit.fitted import LeastSquaresEstimator
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited
-from stickslip.estimation.online.faults.health import OnlineHealth
+from stickslip.estimation.online.faults.admission import set_admission
+from stickslip.estimation.online.faults.guard import set_guard
+from stickslip.estimation.online.faults.health import OnlineHealth, health_of
+from stickslip.estimation.online.intervals.batches import clear_batches
+from stickslip.estimation.online.intervals.contrasts import intervals_in
 from stickslip.estimation.online.method import Kernel, OnlineMethod, State
-from stickslip.estimation.online.recursion import VALUES
+from stickslip.estimation.online.recursion import (
+    VALUES,
+    set_friction,
+    set_information,
+    set_prior,
+)
 from stickslip.estimation.settings import options_of
 from stickslip.records import AxisLog, InputError, positive
 
@@ -87,7 +97,7 @@ class EnergyEstimator(EnergySettings, OnlineMethod, LeastSquaresEstimator):
         estimates it from the innovations if nothing is forgotten, and takes none otherwise.
     effort_delay
         For the recursion only: samples by which the effort acts after it is logged [-], also a
-        fraction; negative if the effort is logged late. At most 30.
+        fraction; negative if it acts before it is logged. At most 30.
     position_noise, velocity_noise
         For the recursion only: standard deviation of the sensors' noise [m or rad, m/s or rad/s];
         None estimates it from the samples. With a known inertia it is estimated in any case, and
@@ -153,11 +163,36 @@ class EnergyEstimator(EnergySettings, OnlineMethod, LeastSquaresEstimator):
             If the sampling time is not positive, or the load is not measured and the inertia is
             sought.
         """
-        return self.method.init(
-            sampling_time=positive("sampling_time", sampling_time, "s"),
-            velocity_measured=velocity_measured,
-            load_measured=load_measured,
+        T = positive("sampling_time", sampling_time, "s")
+        method, state = self.method, np.zeros(self.method.state_size)
+        own = method.fields(state)
+        self._set_recursion(own, T, velocity_measured=velocity_measured)
+        load = self.load_inertia is not None and load_measured
+        measured = (velocity_measured, load, load and velocity_measured)
+        method.initialise(own, T, measured)
+        set_admission(
+            own.admission,
+            sampling_time=T,
+            effort_delay=self.effort_delay,
+            inertia=self.inertia,
+            measured=measured,
         )
+        clear_batches(own.batches)
+        set_guard(state, own.guard)
+        return state
+
+    def _set_recursion(self, own: Any, sampling_time: float, *, velocity_measured: bool) -> None:
+        """Write settings, first guesses and P(0) of the recursion into the fields of a state."""
+        s, variance = own.recursion, self.initial_variance
+        guesses = dict(self.initial_values or {})
+        guesses["mass"] = guesses.get("mass", guesses.get("inertia", 0.0))
+        values = [guesses.get(name, 0.0) for name in self._names]
+        s.sampling_time, s.forgetting = sampling_time, self.forgetting_factor
+        s.load_inertia, s.stiffness = self.load_inertia or 0.0, self.stiffness or 0.0
+        s.differentiates = not velocity_measured
+        set_friction(s, self.terms)
+        set_prior(s, values, variance)
+        set_information(own.eta, own.information, values, variance)
 
     @property
     def kernel(self) -> Kernel:
@@ -198,7 +233,8 @@ class EnergyEstimator(EnergySettings, OnlineMethod, LeastSquaresEstimator):
             If the log has a gap or another sampling time than the state, or lacks a signal that the
             state was made for.
         """
-        return self.method.run(state, log)
+        load = bool(self.method.fields(state).admission.has_load)
+        return self.method.run_kernel(state, samples_of(state, log, load=load))
 
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return the covariance of the recursion, in the order of `parameter_names` [SI].
@@ -217,8 +253,14 @@ class EnergyEstimator(EnergySettings, OnlineMethod, LeastSquaresEstimator):
         (`stickslip.estimation.online.intervals.contrasts`), but not for forgetting. They
         are infinite until there are enough batches of samples in slip.
         """
-        return self.method.intervals(state)
+        return intervals_in(self.method.fields(state))
 
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far."""
-        return self.method.health(state)
+        own = self.method.fields(state)
+        return health_of(
+            own.admission,
+            resets=int(own.guard.resets),
+            force_events=own.force_events,
+            force_noise=self.method.force_noise(own),
+        )

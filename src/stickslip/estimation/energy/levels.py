@@ -10,13 +10,13 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.fit.rows import least_squares
-from stickslip.estimation.signals.kinematics import LowPass, central_difference
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.observation import (
     MotionNoise,
     ObservedMotion,
-    fuse,
     motion_noise,
     observe,
+    smoothed,
 )
 from stickslip.friction import FrictionTerms
 from stickslip.records import AxisLog, InputError
@@ -53,9 +53,7 @@ class EnergyLevels:
 
     time: Float[np.ndarray, " n"]  # [s]
     input: Float[np.ndarray, " n"]
-    kinetic: Float[
-        np.ndarray, " n"
-    ]  # of the known masses: an inertia that is sought is a regressor
+    kinetic: Float[np.ndarray, " n"]  # of the known masses; that of a sought one is a regressor
     potential: Float[np.ndarray, " n"]
     regressors: Float[np.ndarray, "n p"]  # from the start of the stretch [J per unit of parameter]
     noise: Float[np.ndarray, " n"]  # variance of each level of the balance from sensor noise [J^2]
@@ -70,9 +68,9 @@ class EnergyLevels:
         return self.input - self.kinetic - self.potential
 
 
-def summed(increments: Float[np.ndarray, "m p"]) -> Float[np.ndarray, "n p"]:
+def summed(increments: Float[np.ndarray, "m ..."]) -> Float[np.ndarray, "n ..."]:
     """Return running sums that begin with zero."""
-    return np.concatenate([np.zeros((1, increments.shape[1])), np.cumsum(increments, axis=0)])
+    return np.cumulative_sum(increments, axis=0, include_initial=True)
 
 
 def energy_levels(
@@ -86,7 +84,7 @@ def energy_levels(
     T = sampling_time
     motion = observe(part, low_pass, noise, T)
     x, v = motion.position, motion.velocity
-    work = summed((part.effort[:-1] * np.diff(x))[:, None])[:, 0]
+    work = summed(part.effort[:-1] * np.diff(x))
     regressors = summed(
         model.terms.energy_columns(
             motion.velocity_squared,
@@ -138,16 +136,10 @@ def load_position(log: AxisLog) -> Float[np.ndarray, " n"]:
 
 
 def _load_motion(part: AxisLog, low_pass: LowPass, sampling_time: float) -> LoadMotion:
-    T = sampling_time
     position, velocity = load_position(part), part.measured_load_velocity
-    noise = motion_noise(position, velocity, low_pass, T)
-    if velocity is None:
-        position = low_pass.apply(position, T)
-        velocity = central_difference(position, T)
-    else:
-        position = fuse(position, velocity, noise.position, noise.velocity, T)
-    smooth = low_pass.apply(velocity, T) if noise.noisy else velocity
-    return LoadMotion(position=position, velocity=velocity, smooth_velocity=smooth, noise=noise)
+    noise = motion_noise(position, velocity, low_pass, sampling_time)
+    x, v, smooth = smoothed(position, velocity, low_pass, noise, sampling_time)
+    return LoadMotion(position=x, velocity=v, smooth_velocity=smooth, noise=noise)
 
 
 class _RoughAxis(NamedTuple):
@@ -204,8 +196,8 @@ def _kinetic_noise(
 ) -> Float[np.ndarray, " n"]:
     """Return the variance of a kinetic energy [J^2] from noise of its velocity.
 
-    The velocity is taken ``shift`` samples earlier and later: a weight that knew the error of its
-    own sample would favour errors of one sign.
+    The velocity is taken ``shift`` samples earlier and later: a weight that depends on the error of
+    its own sample would favour errors of one sign.
     """
     padded = np.pad(velocity**2, shift, mode="edge")
     square = 0.5 * (padded[: velocity.size] + padded[2 * shift :])

@@ -1,16 +1,19 @@
 """Settings of the energy estimator, and the common part of its methods."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float
 
 from stickslip.estimation.energy.known_inertia.stretches import reconstructed
 from stickslip.estimation.energy.levels import AxisModel, EnergyLevels, energy_levels
 from stickslip.estimation.energy.unknown_inertia.level_regression import noise_of_longest
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import long_stretches
-from stickslip.estimation.online import recursion
+from stickslip.estimation.online.method import Kernel, State
 from stickslip.estimation.online.recursion import Variance
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import (
@@ -20,7 +23,7 @@ from stickslip.estimation.settings import (
     checked_variance,
     first_guesses,
 )
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms, StribeckEffect
 from stickslip.records import AxisKind, AxisLog, InputError, mass_name, non_negative, positive
@@ -111,8 +114,7 @@ class EnergySettings:
 
     def low_pass(self, sampling_time: float) -> LowPass:
         """Return the low-pass of the settings for a sampling time [s]."""
-        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
-        return LowPass(order=self.filter_order, cutoff=cutoff)
+        return LowPass.of(sampling_time, self.cutoff, self.filter_order)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,9 +130,13 @@ class UsableLog:
 
 @dataclass(frozen=True)
 class EnergyMethod(ABC):
-    """One of the two energy methods: rows of a whole log, and a recursion."""
+    """One of the two energy methods: the rows of a whole log, and the kernels of a recursion."""
 
     settings: EnergySettings
+    kernel: ClassVar[Kernel]  # for one sample
+    run_kernel: ClassVar[Callable[[State, Any], tuple[State, Float[np.ndarray, "n p"]]]]
+    fields: ClassVar[Callable[[State], Any]]  # of a state
+    state_size: ClassVar[int]
 
     @abstractmethod
     def rows(self, usable: UsableLog, parts: list[AxisLog]) -> Regression:
@@ -139,6 +145,21 @@ class EnergyMethod(ABC):
     @abstractmethod
     def least_samples(self, low_pass: LowPass, sampling_time: float) -> int:
         """Return how many samples a stretch without gaps must hold."""
+
+    @abstractmethod
+    def initialise(self, own: Any, sampling_time: float, measured: tuple[bool, bool, bool]) -> None:
+        """Write the settings of the method into the fields of a first state.
+
+        ``measured`` is whether velocity, load position and load velocity are.
+        """
+
+    @abstractmethod
+    def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
+        """Return the covariance of the recursion, scaled by the mean squared innovation."""
+
+    @abstractmethod
+    def force_noise(self, own: Any) -> float:
+        """Return the standard deviation of the disturbance force [N or N m]."""
 
     def usable(self, log: AxisLog) -> UsableLog:
         """Return a log with even samples and credible velocities."""
@@ -156,11 +177,8 @@ class EnergyMethod(ABC):
     def regression(self, log: AxisLog) -> Regression:
         """Return the whitened rows of the balance of a log in which something moves."""
         usable = self.usable(log)
-        parts = long_stretches(
-            usable.log,
-            self.least_samples(usable.low_pass, usable.log.sampling_time),
-        )
-        rows = self.rows(usable, parts)
+        least = self.least_samples(usable.low_pass, usable.log.sampling_time)
+        rows = self.rows(usable, long_stretches(usable.log, least))
         return replace(rows, biased=rows.biased or usable.clipped)
 
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
@@ -172,16 +190,3 @@ class EnergyMethod(ABC):
         parts = reconstructed(long, model, low_pass)
         noise = noise_of_longest(parts, low_pass)
         return [(energy_levels(part, model, low_pass, noise, T), part) for part in parts]
-
-    def _set_recursion(self, fields: Any, sampling_time: float, *, velocity_measured: bool) -> None:
-        """Write settings, first guesses and P(0) of the recursion into the fields of a state."""
-        own, s = self.settings, fields.recursion
-        guesses = dict(own.initial_values or {})
-        guesses["mass"] = guesses.get("mass", guesses.get("inertia", 0.0))
-        values = [guesses.get(name, 0.0) for name in own.parameter_names("linear")]
-        s.sampling_time, s.forgetting = sampling_time, own.forgetting_factor
-        s.load_inertia, s.stiffness = own.load_inertia or 0.0, own.stiffness or 0.0
-        s.differentiates = not velocity_measured
-        recursion.set_friction(s, own.terms)
-        recursion.set_prior(s, values, own.initial_variance)
-        recursion.set_information(fields.eta, fields.information, values, own.initial_variance)

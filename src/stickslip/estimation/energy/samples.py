@@ -9,15 +9,10 @@ from stickslip.estimation.online.recursion import recursion_fields
 from stickslip.estimation.signals.kinematics import LowPass, central_difference
 from stickslip.records import AxisLog, InputError
 
-_SAME_SAMPLING_TIME = 0.01  # relative
+_SAME_SAMPLING_TIME = 0.01  # relative difference that counts as none [-]
 
 
-def check_fits(
-    log: AxisLog,
-    sampling_time: float,
-    *,
-    resumes: bool = True,
-) -> None:
+def check_fits(log: AxisLog, sampling_time: float, *, resumes: bool = True) -> None:
     """Reject a log with a gap, or with another sampling time than the state was made for [s].
 
     ``resumes`` is whether a state can be resumed after a gap.
@@ -49,11 +44,7 @@ def samples_of(state: State, log: AxisLog, *, load: bool) -> Float[np.ndarray, "
     log has a gap or another sampling time than the state, or lacks a signal that it was made for.
     """
     own = recursion_fields(state)
-    check_fits(
-        log,
-        float(own.sampling_time),
-        resumes=False,
-    )
+    check_fits(log, float(own.sampling_time), resumes=False)
     velocities = [("", log.measured_velocity)]
     if load:
         velocities.append((" of the load", log.measured_load_velocity))

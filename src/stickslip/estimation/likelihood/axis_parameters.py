@@ -26,6 +26,11 @@ def without_side(name: str) -> str:
     return name.removesuffix(SIDES[0]).removesuffix(SIDES[1])
 
 
+def coulomb_of(name: str) -> str:
+    """Return the name of the Coulomb friction that belongs to a static friction."""
+    return name.replace("static", "coulomb")
+
+
 @dataclass(frozen=True, kw_only=True)
 class SoughtParameters:
     """Names of what is sought, in order, and values of what is known [SI].
@@ -95,7 +100,7 @@ class AxisParameters(SoughtParameters):
             name = load_name(self.kind)
         found = super().source(name)
         if found is None and name.startswith("static_friction"):
-            return super().source(name.replace("static", "coulomb"))
+            return super().source(coulomb_of(name))
         return found
 
     def plant(self, values: Float[np.ndarray, " p"]) -> Plant:
@@ -136,6 +141,6 @@ class AxisParameters(SoughtParameters):
         for k, name in enumerate(self.names):
             if name.startswith("static"):
                 sides = [name] if name.endswith(SIDES) else [name + side for side in SIDES]
-                least = [self.value(s.replace("static", "coulomb"), kept) for s in sides]
+                least = [self.value(coulomb_of(s), kept) for s in sides]
                 kept[k] = max(kept[k], *least)
         return kept

@@ -8,7 +8,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from stickslip.estimation.likelihood.axis_parameters import AxisParameters, load_name, without_side
+from stickslip.estimation.likelihood.axis_parameters import (
+    AxisParameters,
+    coulomb_of,
+    load_name,
+    without_side,
+)
 from stickslip.estimation.likelihood.windows import run_means, run_starts
 from stickslip.friction import FrictionTerms
 from stickslip.plants import Plant, SingleMass
@@ -163,7 +168,7 @@ def _known(plant: Plant, sought: Sequence[str]) -> dict[str, float]:
         known["stiffness"] = plant.stiffness
     law: Any = plant.friction
     for name in law.__dataclass_fields__:
-        coulomb = name.replace("static", "coulomb")
+        coulomb = coulomb_of(name)
         if name == coulomb or getattr(law, name) != getattr(law, coulomb):
             known[name] = getattr(law, name)
     return {n: v for n, v in known.items() if n not in sought and without_side(n) not in sought}

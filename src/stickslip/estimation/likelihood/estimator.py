@@ -1,7 +1,8 @@
 """Maximum likelihood (output error) on the exact simulator."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -10,7 +11,7 @@ from jaxtyping import Float
 from stickslip.estimation.fit.fitted import Fit, RowsEstimator
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
-from stickslip.estimation.likelihood.axis_parameters import AxisParameters, load_name
+from stickslip.estimation.likelihood.axis_parameters import SIDES, AxisParameters, load_name
 from stickslip.estimation.likelihood.first_guess import first_guess
 from stickslip.estimation.likelihood.search import (
     Maximum,
@@ -21,7 +22,7 @@ from stickslip.estimation.likelihood.search import (
 from stickslip.estimation.likelihood.windows import ChannelNoise, Window, whitened, windows_of
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.sensor_noise import chosen_cutoff, position_noise
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
@@ -37,12 +38,12 @@ from stickslip.records import (
     whole,
 )
 
-_LEAST_SAMPLES = 50
+_LEAST_SAMPLES = 50  # of a stretch without gaps [-]
 _LARGEST_CORRELATION = 0.2
 """Of successive errors after whitening, beyond which they are not those of the sensors alone: a
 force that the model lacks adds up in them, and biases the parameters."""
 _ROUNDING = 1e-6  # of the range: errors that small have the colour of rounding
-_SMALLEST_RATIO = 1e-7
+_SMALLEST_RATIO = 1e-7  # of singular values of columns of unit norm [-]: rounding below it
 _LARGEST_SHARE = 2.0
 """A combination of columns is determined by the log if its standard deviation is less than half of
 what the whole motion would make of the strongest one."""
@@ -54,7 +55,7 @@ class LikelihoodMaximum:
 
     plant: Plant  #: With the likeliest parameters.
     values: Mapping[str, float]  #: Of the parameters sought, by name [SI].
-    delay: int  #: Samples that the effort acts late.
+    delay: int  #: Of the effort [samples].
     #: Standard deviation [unit of the channel], and correlation from reading to reading, by
     #: channel, such as ``"position"``.
     noise: Mapping[str, ChannelNoise]
@@ -185,7 +186,7 @@ class MaximumLikelihoodEstimator(RowsEstimator):
         """Return the names of what is estimated, in the order of the covariance."""
         known = self._known(kind)
         structure = [name for name, value in known.items() if value is None]
-        sides = ("_positive", "_negative") if self.per_direction else ("",)
+        sides = SIDES if self.per_direction else ("",)
         static = [f"static_friction{side}" for side in sides] if self.static_friction else []
         return (*structure, *self.terms.names, *static)
 
@@ -238,12 +239,12 @@ class MaximumLikelihoodEstimator(RowsEstimator):
             stiffness=self.stiffness,
         )
 
-    def _found(self, log: AxisLog) -> _Found:
-        """Search the likeliest parameters, and the likeliest delay."""
+    def _prepared(self, log: AxisLog) -> tuple[AxisLog, LowPass, tuple[str, ...], bool]:
+        """Return the log to search in, its low-pass, notes on it, and whether it is clipped."""
         check_excited(log)
-        log = whole = repaired(log)
-        low_pass = LowPass(order=4, cutoff=default_cutoff(log.sampling_time))
-        log, wrong = without_wrong_velocity(log, low_pass, load=bool(self.flexible))
+        whole = repaired(log)
+        low_pass = LowPass.of(whole.sampling_time)
+        log, wrong = without_wrong_velocity(whole, low_pass, load=bool(self.flexible))
         least = max(_LEAST_SAMPLES, self.largest_delay + 2)
         if max(len(part) for part in log.segments()) < least:
             raise InputError(
@@ -256,7 +257,11 @@ class MaximumLikelihoodEstimator(RowsEstimator):
             )
         load = bool(self.flexible) and log.measured_load_position is not None
         cutoff, _ = chosen_cutoff(log, low_pass, _LEAST_SAMPLES, load=load)
-        low_pass = replace(low_pass, cutoff=cutoff)
+        return log, replace(low_pass, cutoff=cutoff), (*whole.notes, *wrong), whole.clipped
+
+    def _found(self, log: AxisLog) -> _Found:
+        """Search the likeliest parameters, and the likeliest delay."""
+        log, low_pass, notes, clipped = self._prepared(log)
         coloured, names = self.noise == "coloured", self.parameter_names(log.kind)
         rigid_static = self.static_friction and not self.flexible
         if rigid_static:
@@ -268,37 +273,35 @@ class MaximumLikelihoodEstimator(RowsEstimator):
             known={name: value for name, value in given if value is not None},
             flexible=bool(self.flexible),
         )
-        guess = first_guess(log, parameters, self.initial_values or {}, cutoff=cutoff)
-        best: _Found | None = None
+        guess = first_guess(log, parameters, self.initial_values or {}, cutoff=low_pass.cutoff)
+        tried: list[_Found] = []
         for delay in range(self.largest_delay + 1):
-
-            def cut(pieces: int, delay: int = delay) -> list[Window]:
-                skipped, flexible = self.largest_delay, parameters.flexible
-                return windows_of(
-                    log, low_pass, pieces, delay=delay, skipped=skipped, flexible=flexible
-                )
-
-            windows, maximum, note = staged_search(
+            if tried:
+                guess = _likeliest(tried).maximum.values
+            cut = partial(
+                windows_of,
                 log,
-                cut,
-                parameters,
-                guess if best is None else best.maximum.values,
-                horizon=self.horizon,
-                coloured=coloured,
+                low_pass,
+                delay=delay,
+                skipped=self.largest_delay,
+                flexible=parameters.flexible,
             )
-            if best is None or maximum.cost < best.maximum.cost:
-                best = _Found(
+            windows, maximum, note = staged_search(
+                log, cut, parameters, guess, horizon=self.horizon, coloured=coloured
+            )
+            tried.append(
+                _Found(
                     log=log,
                     parameters=parameters,
                     windows=windows,
                     maximum=maximum,
                     delay=delay,
                     sought_delay=self.largest_delay > 0,
-                    notes=(*whole.notes, *wrong, *note),
-                    clipped=whole.clipped,
+                    notes=(*notes, *note),
+                    clipped=clipped,
                 )
-        if best is None:
-            raise ArithmeticError("no delay was tried")
+            )
+        best = _likeliest(tried)
         if rigid_static:
             known, maximum, static = with_static_friction(
                 best.windows,
@@ -332,6 +335,19 @@ class MaximumLikelihoodEstimator(RowsEstimator):
         return tuple(notes)
 
 
+def _likeliest(tried: Sequence[_Found]) -> _Found:
+    return min(tried, key=lambda found: found.maximum.cost)
+
+
+def _projected(
+    rows: Float[np.ndarray, "n q"], states: Float[np.ndarray, "n s"]
+) -> Float[np.ndarray, "n q"]:
+    """Return rows without what the columns of the first states explain."""
+    used = states[:, np.any(states != 0.0, axis=0)]
+    basis = np.linalg.qr(used)[0] if used.shape[1] else used
+    return rows - basis @ (basis.T @ rows)
+
+
 def _rows_at(found: _Found) -> Regression:
     """Return errors and their derivatives at the likeliest parameters, whitened, in time's order.
 
@@ -357,10 +373,7 @@ def _rows_at(found: _Found) -> Regression:
             if np.sqrt(np.mean(error**2)) > _ROUNDING * np.ptp(window.channels[c].readings):
                 sums[c] += rows[1:, 0] @ rows[:-1, 0], rows[:, 0] @ rows[:, 0]
         stacked = np.concatenate(parts)
-        local = stacked[:, 2 + p :]
-        local = local[:, np.any(local != 0.0, axis=0)]
-        basis = np.linalg.qr(local)[0] if local.shape[1] else local
-        kept = stacked[:, 1 : 2 + p] - basis @ (basis.T @ stacked[:, 1 : 2 + p])
+        kept = _projected(stacked[:, 1 : 2 + p], stacked[:, 2 + p :])
         blocks.append(np.column_stack([stacked[:, 0], kept]))
         motion = window.simulated(parameters, maximum.values, state)
         velocities.append(motion.velocity)

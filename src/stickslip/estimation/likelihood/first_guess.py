@@ -8,9 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.estimator import EnergyEstimator
+from stickslip.estimation.energy.levels import summed
 from stickslip.estimation.likelihood.axis_parameters import (
     SIDES,
     AxisParameters,
+    coulomb_of,
     load_name,
     without_side,
 )
@@ -51,7 +53,7 @@ def first_guess(
     effort = float(np.max(np.abs(log.effort)))
     values: list[float] = []
     for name in parameters.names:
-        value = given.get(name, found.get(name, found.get(_coulomb(name))))
+        value = given.get(name, found.get(name, found.get(coulomb_of(name))))
         if "friction" in name and name not in given:
             value = max(value or 0.0, _LEAST * effort if "viscous" not in name else 0.0)
             value *= _STATIC if "static" in name else 1.0
@@ -61,11 +63,6 @@ def first_guess(
             raise InputError("no_first_guess_in_log", where=log.name, name=name)
         values.append(value)
     return np.array(values)
-
-
-def _coulomb(name: str) -> str:
-    """Return the name of the Coulomb friction that a static friction begins at."""
-    return name.replace("static", "coulomb")
 
 
 def _estimated(
@@ -94,12 +91,11 @@ def _estimated(
         if log.measured_velocity is not None:
             v = log.measured_velocity
             steps = np.diff(log.time) * 0.5 * (v[1:] + v[:-1])
-            travelled = np.concatenate(([0.0], np.cumsum(steps)))
-            tried.append((idim, replace(log, measured_position=travelled)))
+            tried.append((idim, replace(log, measured_position=summed(steps))))
     for estimator, of in tried:
         if estimator is energy and not parameters.flexible:
             found = {**_integrated(log, parameters), **found}
-            if all(_coulomb(name) in found for name in parameters.names):
+            if all(coulomb_of(name) in found for name in parameters.names):
                 break
         try:
             estimate = estimator.fit(of)
@@ -116,7 +112,7 @@ def _integrated(log: AxisLog, parameters: AxisParameters) -> dict[str, float]:
     """Return what the integrated balance finds, by the names of what is sought."""
     values = integral_guess(log)
     found = {mass_name(log.kind): values["mass"]} if values else {}
-    for name in map(_coulomb, parameters.names):
+    for name in map(coulomb_of, parameters.names):
         if without_side(name) in values:
             found.setdefault(name, values[without_side(name)])
     return found
@@ -195,20 +191,15 @@ def _rows(
 
     def integrated(rates: Float[np.ndarray, "n ..."]) -> Float[np.ndarray, "n ..."]:
         """Integrate by the trapezoidal rule."""
-        return T * _from_zero(0.5 * (rates[1:] + rates[:-1]))
+        return T * summed(0.5 * (rates[1:] + rates[:-1]))
 
     moving = np.abs(sign)
     travelled = position - position[0]
     columns = np.column_stack([effort * moving, sign, moving])
     # Forces are held over a sample: velocity by one sum, position by that of means of velocities.
-    pushed, against, pulled = integrated(T * _from_zero(columns[:-1])).T
+    pushed, against, pulled = integrated(T * summed(columns[:-1])).T
     whole = np.column_stack([travelled, integrated(travelled), against, pulled, pushed])
     time = np.arange(effort.size) * T
     line = np.linalg.qr(np.column_stack([np.ones(effort.size), time]))[0]
     kept = whole - line @ (line.T @ whole)
     return kept[:, :4], kept[:, 4]
-
-
-def _from_zero(steps: Float[np.ndarray, "n ..."]) -> Float[np.ndarray, "m ..."]:
-    """Return 0 and the sums of the first steps."""
-    return np.concatenate((np.zeros((1, *steps.shape[1:])), np.cumsum(steps, axis=0)))

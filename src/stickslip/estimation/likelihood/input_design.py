@@ -50,10 +50,9 @@ class InputLimits:
 
     def __post_init__(self) -> None:
         positive("effort_limit", self.effort, "N or N m")
-        if self.speed is not None:
-            positive("speed_limit", self.speed, "m/s or rad/s")
-        if self.travel is not None:
-            positive("travel_limit", self.travel, "m or rad")
+        for name, unit in (("speed", "m/s or rad/s"), ("travel", "m or rad")):
+            if (limit := getattr(self, name)) is not None:
+                positive(f"{name}_limit", limit, unit)
 
     def excess(self, largest_speed: float, largest_travel: float) -> float:
         """Return by how much a motion exceeds the limits [-]; 0 if it does not."""
@@ -91,13 +90,12 @@ def design_input(
     them by Powell's method. Besides sines that begin as slow as the input is long there are
     families of odd multiples of a frequency, one for each octave up to what the axis and its limits
     follow: an input that is longer has all families of a shorter one, and so is hardly worse than
-    the shorter one again and again. The plant is one that is believed in: a rough estimate from any
-    motion will do.
+    the shorter one again and again. A rough estimate of the plant from any motion is enough.
 
     Parameters
     ----------
     plant
-        As far as it is known.
+        The axis, from a first estimate.
     duration, sampling_time
         Of the input [s].
     sensors

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.likelihood.axis_parameters import SIDES, AxisParameters
+from stickslip.estimation.likelihood.axis_parameters import SIDES, AxisParameters, coulomb_of
 from stickslip.estimation.likelihood.windows import ChannelNoise, Window, likeliest_noise, whitened
 from stickslip.estimation.point_estimate import NORMAL_95
 from stickslip.records import (
@@ -29,11 +29,11 @@ from stickslip.records import (
     Verdict,
 )
 
-_MOST_STEPS = 60
+_MOST_STEPS = 60  # of a search [-]
 _SMALL_GAIN = 1e-4
 """Of the logarithm of the likelihood: a hundredth of a standard deviation in every parameter."""
-_FIRST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e8
-_EASED, _RAISED = 0.2, 5.0
+_FIRST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e8  # share of the diagonal of the Hessian [-]
+_EASED, _RAISED = 0.2, 5.0  # factors of the damping after a step that gains, and one that does not
 _CLEAN = 1e-9  # of the range of a channel: what is below is rounding
 
 _STAGES = (16, 4)
@@ -55,7 +55,7 @@ _PROFILE_RATIOS = tuple(1.0 + 0.1 * k for k in range(1, 13))
 """Static over Coulomb friction that is tried first."""
 _QUICK = 4  # steps of the search at each
 _MOST_LEVELS = 60  # in a round
-_ROUNDS = 8
+_ROUNDS = 8  # of levels, each within the last one, at most
 _MARGIN = 3  # levels on both sides of those not unlikely, to which the next round extends
 _UNLIKELY = 0.5 * 3.841458820694124  # half of the 95 % quantile of chi-square, one degree
 _SAME = 1e-9  # difference of costs that is rounding
@@ -282,9 +282,7 @@ def _static_starts(
     static = [name.startswith("static") for name in parameters.names]
     if not any(static):
         return []
-    coulomb = [
-        parameters.value(name.replace("static", "coulomb"), values) for name in parameters.names
-    ]
+    coulomb = [parameters.value(coulomb_of(name), values) for name in parameters.names]
     return [np.where(static, ratio * np.array(coulomb), values) for ratio in _STATIC_RATIOS]
 
 

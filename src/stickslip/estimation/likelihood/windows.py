@@ -25,7 +25,7 @@ from stickslip.simulation import SimulatedMotion, simulate, simulate_sensitivity
 
 CHANNELS = ("position", "velocity", "load_position", "load_velocity")
 
-LARGEST_CORRELATION = 0.9999
+_LARGEST_CORRELATION = 0.9999  # at which a search of the coefficient ends [-]
 _GOLDEN_STEPS = 40  # of the search of the coefficient: (0.618)^40 = 4e-9
 _GOLDEN = 0.6180339887498949
 _FIRST_GRID = 33  # coefficients
@@ -93,7 +93,7 @@ def likeliest_noise(
 
     rho = 0.0
     if coloured and total > 0.0:
-        grid = np.tanh(np.linspace(-4.0, 4.0, _FIRST_GRID)) / np.tanh(4.0) * LARGEST_CORRELATION
+        grid = np.tanh(np.linspace(-4.0, 4.0, _FIRST_GRID)) / np.tanh(4.0) * _LARGEST_CORRELATION
         best = int(np.argmin([cost(float(value)) for value in grid]))
         low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
         for _ in range(_GOLDEN_STEPS):
@@ -190,7 +190,7 @@ def windows_of(
 ) -> list[Window]:
     """Return the stretches of a log without gaps, each cut into pieces of equal length.
 
-    The effort comes late by the delay [samples]; at least as many samples are skipped at the
+    The effort acts later by the delay [samples]; at least as many samples are skipped at the
     beginning of each stretch. The low-pass smooths for the first guesses of the states.
     """
     windows: list[Window] = []

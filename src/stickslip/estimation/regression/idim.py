@@ -20,8 +20,8 @@ apart.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -37,7 +37,6 @@ from stickslip.estimation.signals.kinematics import (
     central_difference,
     decimate,
     decimated_start,
-    default_cutoff,
     noise_level,
     rests,
     slow_speed,
@@ -56,13 +55,13 @@ from stickslip.simulation import PlantStepper
 
 _SETTLING_PERIODS = 5.0
 """Periods of the cutoff frequency after which the filter has forgotten how the log began."""
-_LEAST_ROWS = 50
+_LEAST_ROWS = 50  # that a stretch without gaps must give [-]
 
-_MOST_ROUNDS = 10
+_MOST_ROUNDS = 10  # of simulations for the instruments [-]
 _CLOSE = 0.05
 """Largest change of a parameter in a round, over its standard deviation under white residuals, at
 which the instrumental variables have converged."""
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  # relative change of a parameter that counts as none [-]
 _LEAST_SHARE = 0.2  # of the rows, that simulated and measured motion must have in common
 
 
@@ -121,11 +120,6 @@ class IdimLeastSquares(LeastSquaresEstimator):
         _ = self.terms
 
     @property
-    def options(self) -> dict[str, Any]:
-        """Name and settings as plain values, for a result's provenance."""
-        return {"estimator": self.name, **asdict(self)}
-
-    @property
     def terms(self) -> FrictionTerms:
         """The friction parameters that are estimated."""
         return FrictionTerms.asked(
@@ -142,16 +136,11 @@ class IdimLeastSquares(LeastSquaresEstimator):
         check_excited(log)
         log = repaired(log)
         T = log.sampling_time
-        cutoff = default_cutoff(T) if self.cutoff is None else self.cutoff
-        low_pass = LowPass(order=self.filter_order, cutoff=cutoff)
-        period = 1.0 / (cutoff * T)
+        low_pass = LowPass.of(T, self.cutoff, self.filter_order)
+        period = 1.0 / (low_pass.cutoff * T)
         factor = max(round(period), 1) if self.decimation is None else self.decimation
         skipped = max(round(_SETTLING_PERIODS * period) - 1, 0)
-        parts = long_stretches(
-            log,
-            skipped + _LEAST_ROWS * factor,
-            decimation=factor,
-        )
+        parts = long_stretches(log, skipped + _LEAST_ROWS * factor, decimation=factor)
         positions = [part.measured_position for part in parts]
         velocities = [central_difference(low_pass.apply(x, T), T) for x in positions]
         position_noise = max(noise_level(x) for x in positions)
@@ -180,9 +169,10 @@ class IdimLeastSquares(LeastSquaresEstimator):
             target = target - self.inertia * regressors[:, 0]
             names, regressors, noise = names[1:], regressors[:, 1:], noise[1:]
         notes = [
-            f"position filtered at {cutoff:.4g} Hz without delay, differentiated twice, every "
-            f"column decimated by {factor}; velocities below {slow:.3g} {log.unit('velocity')} for "
-            f"{REST_PERIODS / cutoff:.3g} s or longer count as rest"
+            f"position filtered at {low_pass.cutoff:.4g} Hz without delay, differentiated twice, "
+            f"every column decimated by {factor}; "
+            f"velocities below {slow:.3g} {log.unit('velocity')} for "
+            f"{REST_PERIODS / low_pass.cutoff:.3g} s or longer count as rest"
         ]
         if dropped:
             notes.append(f"{dropped} rows at rest left out: friction is not determined there")

@@ -156,7 +156,7 @@ def identified_balance(
 
 
 def identified_plant(estimate: FrictionEstimate, balance: EnergyEstimator) -> Plant:
-    """Return the plant of an estimate that is identified, with what its balance knows besides."""
+    """Return the plant of an estimate, with the known parameters of its balance."""
     values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
     inertia = values.get("mass", values.get("inertia", balance.inertia or 0.0))
     law = identified_law(values)

@@ -33,8 +33,8 @@ _CONVERGED = 2e-3
 """Relative change of the Stribeck velocity that the last linearisation may still find: it counts,
 and is right but for its square."""
 
-_ITERATIONS = 12
-_LARGEST_STEP = 1.5  # factor
+_ITERATIONS = 12  # of the linearisation at most [-]
+_LARGEST_STEP = 1.5  # factor of the Stribeck velocity in an iteration
 _WIDE = 1.0  # half an interval over the Stribeck velocity above which the log has not determined it
 
 

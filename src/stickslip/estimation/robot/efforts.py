@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -16,7 +16,6 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.records import AxisLog, InputError, unit_of
 
-_ORDER = 4  # of the low-pass of positions, whose passband is flat at the frequencies of the links
 _LOWER = 0.7  # ratio of successive cutoffs
 _MORE = 1.15  # ratio of accelerations with successive cutoffs: a quarter of the variance is noise
 _LOWEST = 8.0  # Hz, above the frequencies of the motion of links
@@ -69,34 +68,18 @@ def _holds(axis: str, joint: str) -> bool:
     return not numbered and bool(own) and (own in other or other in own)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Motion:
-    """Smoothed motion of a joint at the samples of its log."""
-
-    time: Float[np.ndarray, " n"]
-    position: Float[np.ndarray, " n"]
-    velocity: Float[np.ndarray, " n"]
-    acceleration: Float[np.ndarray, " n"]
-
-    @classmethod
-    def of(cls, log: AxisLog) -> "_Motion":
-        """Return the motion of a log, each stretch between its gaps by itself."""
-        prepared = prepare(log)
-        parts = [
-            np.vstack([part.time, _smoothed(part.position, prepared.sampling_time)])
-            for part in prepared.parts
-        ]
-        if not parts:
-            raise InputError(
-                "no_stretch", where=log.name, samples=len(log), sampling_time=log.sampling_time
-            )
-        time, position, velocity, acceleration = np.hstack(parts)
-        return cls(time=time, position=position, velocity=velocity, acceleration=acceleration)
-
-    def at(self, time: Float[np.ndarray, " n"]) -> Float[np.ndarray, "3 n"]:
-        """Return position, velocity and acceleration at other times."""
-        columns = (self.position, self.velocity, self.acceleration)
-        return np.vstack([np.interp(time, self.time, column) for column in columns])
+def _motion_of(log: AxisLog) -> Float[np.ndarray, "4 n"]:
+    """Return time, position, velocity and acceleration, each stretch between gaps by itself."""
+    prepared = prepare(log)
+    parts = [
+        np.vstack([part.time, _smoothed(part.position, prepared.sampling_time)])
+        for part in prepared.parts
+    ]
+    if not parts:
+        raise InputError(
+            "no_stretch", where=log.name, samples=len(log), sampling_time=log.sampling_time
+        )
+    return np.hstack(parts)
 
 
 def _smoothed(values: Float[np.ndarray, " n"], sampling_time: float) -> Float[np.ndarray, "3 n"]:
@@ -119,7 +102,7 @@ def _smoothed(values: Float[np.ndarray, " n"], sampling_time: float) -> Float[np
 def _derivatives(
     values: Float[np.ndarray, " n"], T: float, cutoff: float
 ) -> Float[np.ndarray, "3 n"]:
-    position = LowPass(order=_ORDER, cutoff=cutoff).apply(values, T)
+    position = LowPass.of(T, cutoff).apply(values, T)
     velocity = central_difference(position, T)
     # A second difference attenuates high frequencies less than a difference of differences
     second = np.gradient(velocity, T)
@@ -152,42 +135,29 @@ def with_model_effort(
         if log.effort_unit:
             raise InputError("model_needs_torque", where=axis, unit=log.effort_unit)
     place = {axis: names.index(joint_of[axis]) for axis in logs}
-    motions = {axis: _Motion.of(log) for axis, log in logs.items()}
+    motions = {axis: _motion_of(log) for axis, log in logs.items()}
     still = [name for name in names if name not in {joint_of[axis] for axis in logs}]
     found: dict[str, AxisLog] = {}
-    known: list[tuple[Float[np.ndarray, " n"], Float[np.ndarray, "3 n joints"], _Efforts]] = []
+    # Times, accelerations, efforts of the links, and mean inertias of the joints
+    known: list[tuple[Float[np.ndarray, "..."], ...]] = []
     for axis, log in logs.items():
         same = [entry for entry in known if np.array_equal(entry[0], log.time)]
         if not same:
             moved = np.zeros((3, len(log), len(names)))
-            for other, motion in motions.items():
-                moved[:, :, place[other]] = motion.at(log.time)
-            known.append((log.time, moved, _Efforts.of(robot, moved)))
+            for other, (time, *motion) in motions.items():
+                moved[:, :, place[other]] = [np.interp(log.time, time, each) for each in motion]
+            known.append((log.time, moved[2], robot.effort(*moved), robot.mean_inertia(moved[0])))
             same = known[-1:]
-        _, moved, efforts = same[0]
+        _, acceleration, effort, inertias = same[0]
         k = place[axis]
-        inertia = float(efforts.inertia[k])
-        model = efforts.effort[:, k] - inertia * moved[2, :, k]
+        inertia = float(inertias[k])
+        model = effort[:, k] - inertia * acceleration[:, k]
         note = _note(log, robot, joint_of[axis], inertia, still)
         source = log.source
         if source is not None:
             source = replace(source, assumptions=(*source.assumptions, *note))
         found[axis] = replace(log, model_effort=model, source=source)
     return found
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Efforts:
-    """Efforts of the links, and the mean inertia of each joint."""
-
-    effort: Float[np.ndarray, "n joints"]
-    inertia: Float[np.ndarray, " joints"]
-
-    @classmethod
-    def of(cls, robot: RobotModel, moved: Float[np.ndarray, "3 n joints"]) -> "_Efforts":
-        position, velocity, acceleration = moved
-        effort = robot.effort(position, velocity, acceleration)
-        return cls(effort=effort, inertia=robot.mean_inertia(position))
 
 
 def _note(

@@ -41,6 +41,11 @@ class LowPass:
     order: int  #: Of one pass.
     cutoff: float  #: -3 dB frequency of one pass [Hz].
 
+    @classmethod
+    def of(cls, sampling_time: float, cutoff: float | None = None, order: int = 4) -> "LowPass":
+        """Return the low-pass of a cutoff [Hz]; None takes that for the sampling time [s]."""
+        return cls(order=order, cutoff=default_cutoff(sampling_time) if cutoff is None else cutoff)
+
     def apply(
         self, values: Float[np.ndarray, " n"], sampling_time: float
     ) -> Float[np.ndarray, " n"]:

@@ -162,21 +162,31 @@ def fuse(
     return np.asarray(linalg.solveh_banded(bands, right), dtype=np.float64)
 
 
-def observe(
-    log: AxisLog, low_pass: LowPass, noise: MotionNoise, sampling_time: float
-) -> ObservedMotion:
-    """Return the motion of the (first) mass in one stretch of a log without gaps.
+def smoothed(
+    position: Float[np.ndarray, " n"],
+    velocity: Float[np.ndarray, " n"] | None,
+    low_pass: LowPass,
+    noise: MotionNoise,
+    sampling_time: float,
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Return position, velocity and smooth velocity of a mass, as `ObservedMotion` has them.
 
     Without measured velocity the low-pass also makes the position differentiable.
     """
+    if velocity is None:
+        x = low_pass.apply(position, sampling_time)
+        v = central_difference(x, sampling_time)
+        return x, v, v
+    x = fuse(position, velocity, noise.position, noise.velocity, sampling_time)
+    return x, velocity, low_pass.apply(velocity, sampling_time) if noise.noisy else velocity
+
+
+def observe(
+    log: AxisLog, low_pass: LowPass, noise: MotionNoise, sampling_time: float
+) -> ObservedMotion:
+    """Return the motion of the (first) mass in one stretch of a log without gaps."""
     T = sampling_time
-    if log.measured_velocity is None:
-        x = low_pass.apply(log.measured_position, T)
-        v = smooth = central_difference(x, T)
-    else:
-        v = log.measured_velocity
-        x = fuse(log.measured_position, v, noise.position, noise.velocity, T)
-        smooth = low_pass.apply(v, T) if noise.noisy else v
+    x, v, smooth = smoothed(log.measured_position, log.measured_velocity, low_pass, noise, T)
     direction = travel_direction(x, HYSTERESIS * noise.smooth_position)
     path, squared = sample_integrals(x, v, smooth, direction, T, noise.noisy)
     largest = float(np.max(np.abs(smooth)))

@@ -38,13 +38,13 @@ from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.records import AxisLog
 
 _DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
-_GRID = 9
-_DECADE_TOLERANCE = 0.2
+_GRID = 9  # places on that range where the search begins [-]
+_DECADE_TOLERANCE = 0.2  # of the search [decades]; the rows hardly depend on the variance
 _MOST_DISTURBED = 0.25
 """Disturbance force, over the effort, beyond which levels of energy are used instead [-]: then it
 is model mismatch at the rate of the samples, such as an elastic drive or a ripple, and energies of
 longer blocks average it."""
-_MOST_PASSES = 6
+_MOST_PASSES = 6  # of a search of the mass [-]
 _SAME_MASS = 1e-4
 """Relative change of the mass below which it stays: what is left of a change is its square."""
 

@@ -16,7 +16,7 @@ load was pulled, and the pull on the driven mass shows where the load is and whe
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -29,8 +29,8 @@ from stickslip.records import AxisLog
 
 _NODES = 6  # exact for polynomials of degree 11; the integrand is one of degree 4, nearly
 _DECADES = (-7.0, 5.0)  # of the friction's rate of change, around that of the net force
-_GRID = 9
-_DECADE_TOLERANCE = 0.1
+_GRID = 9  # places on that range where the search begins [-]
+_DECADE_TOLERANCE = 0.1  # of the search [decades]
 _LOAD_VELOCITY = 3  # number of that state
 _LARGER = 10.0
 """How many times what the log shows the load may be stretched, or as fast, when it begins."""
@@ -133,6 +133,31 @@ class SensorData:
         return self.channels[:, 0].astype(np.int64)
 
 
+def sensor_data(
+    masses: Sequence[tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"] | None]],
+    noises: Sequence[tuple[float, float]],
+    sampling_time: float,
+) -> SensorData:
+    """Return the measured positions, and velocities if there are any, of each mass.
+
+    ``noises`` are the standard deviations of both [SI].
+    """
+    measured: list[Float[np.ndarray, " n"]] = []
+    channels: list[tuple[float, float]] = []
+    first: list[float] = []
+    for k, ((x, v), (position, velocity)) in enumerate(zip(masses, noises, strict=True)):
+        measured.append(x)
+        channels.append((2.0 * k, position**2))
+        if v is not None:
+            measured.append(v)
+            channels.append((2.0 * k + 1.0, velocity**2))
+        fastest = float(np.max(np.abs(np.diff(x)))) / sampling_time
+        first += [position**2, fastest**2 if v is None else velocity**2]
+    return SensorData(
+        measured=np.column_stack(measured), channels=np.array(channels), first=np.array(first)
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class DrivenMotion(SensorData):
     """Measurements from which the motion of the driven mass is smoothed, and the force on it."""
@@ -156,15 +181,11 @@ class DrivenMotion(SensorData):
         noise: tuple[float, float],
     ) -> "DrivenMotion":
         """Return what the sensors of the driven mass show; ``noise`` of position and velocity."""
-        variances = noise[0] ** 2, noise[1] ** 2
         fastest = float(np.max(np.abs(np.diff(x)))) / sampling_time
         duration = x.size * sampling_time
-        measured = (x,) if v is None else (x, v)
         squared = sampling_time * float(np.sum(force**2)) + (inertia * fastest) ** 2 / duration
         return cls(
-            measured=np.column_stack(measured),
-            channels=np.array([(float(k), variances[k]) for k in range(len(measured))]),
-            first=np.array([variances[0], fastest**2 if v is None else variances[1]]),
+            **vars(sensor_data([(x, v)], [noise], sampling_time)),
             force=force,
             force_squared=squared,
             duration=duration,
@@ -190,15 +211,8 @@ class DrivenMotion(SensorData):
             swinging = load_noise
             measured = np.column_stack([measured, v2])
             channels = np.vstack([channels, (float(_LOAD_VELOCITY), load_noise**2)])
-        return cls(
-            measured=measured,
-            channels=channels,
-            first=np.append(own.first, (stretched**2, swinging**2)),
-            force=own.force,
-            force_squared=own.force_squared,
-            duration=own.duration,
-            origin=float(x[0]),
-        )
+        first = np.append(own.first, (stretched**2, swinging**2))
+        return replace(own, measured=measured, channels=channels, first=first, origin=float(x[0]))
 
 
 @dataclass(frozen=True, kw_only=True)

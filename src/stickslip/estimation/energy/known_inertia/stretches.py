@@ -11,6 +11,7 @@ from stickslip.estimation.energy.known_inertia.free_friction import (
     FreeAxis,
     FreeMotion,
     SensorData,
+    sensor_data,
 )
 from stickslip.estimation.energy.levels import AxisModel, load_position
 from stickslip.estimation.signals.kinematics import REST_SPEED, LowPass, noise_level
@@ -24,7 +25,7 @@ _DOUBT = 10.0
 """Variance of a friction of unknown direction over the mean square of friction: it acts one way
 before a turn and the other after, and its likely size must not draw the estimate."""
 _AROUND = 6  # samples around a count of the encoder that show its noise
-_RINGING = 3  # samples
+_RINGING = 3  # samples for which the smoothed velocity rings around a jump of friction
 _ROUNDING = 1e-7  # of the largest value: noise that a log without any is taken to have
 _LEAST_NOISE = 1e-150  # of a signal that is zero throughout
 _FREE = 1e4  # times faster than elsewhere, where friction may be anything
@@ -247,20 +248,7 @@ def _all_sensors(
     masses = [(part.measured_position, part.measured_velocity)]
     if model.load_inertia is not None:
         masses.append((load_position(part), part.measured_load_velocity))
-    measured: list[Float[np.ndarray, " n"]] = []
-    channels: list[tuple[float, float]] = []
-    first: list[float] = []
-    for k, ((x, v), (position, velocity)) in enumerate(zip(masses, noise, strict=True)):
-        measured.append(x)
-        channels.append((2.0 * k, position**2))
-        if v is not None:
-            measured.append(v)
-            channels.append((2.0 * k + 1.0, velocity**2))
-        fastest = float(np.max(np.abs(np.diff(x)))) / part.sampling_time
-        first += [position**2, fastest**2 if v is None else velocity**2]
-    return SensorData(
-        measured=np.column_stack(measured), channels=np.array(channels), first=np.array(first)
-    )
+    return sensor_data(masses, noise, part.sampling_time)
 
 
 def _stretch(

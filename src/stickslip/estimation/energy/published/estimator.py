@@ -14,11 +14,7 @@ from stickslip.estimation.energy.published.kernels import (
     published_energy_run,
     published_energy_step,
 )
-from stickslip.estimation.energy.published.sensor_noise import (
-    FILTER_ORDER,
-    SensorNoise,
-    sensor_noise_of,
-)
+from stickslip.estimation.energy.published.sensor_noise import SensorNoise, sensor_noise_of
 from stickslip.estimation.energy.samples import check_fits, filtered_samples
 from stickslip.estimation.fit.fitted import LeastSquaresEstimator
 from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
@@ -35,7 +31,7 @@ from stickslip.estimation.settings import (
     check_given,
     first_guesses,
 )
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.records import (
     AxisKind,
     AxisLog,
@@ -94,8 +90,8 @@ class PublishedEnergyEstimator(OnlineMethod, LeastSquaresEstimator):
         Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
         takes a tenth of the sampling rate and at most 100 Hz.
     effort_delay
-        Samples by which the effort acts after it is logged [-], also a fraction; negative if the
-        effort is logged late. At most 30.
+        Samples by which the effort acts after it is logged [-], also a fraction; negative if it
+        acts before it is logged. At most 30.
 
     Raises
     ------
@@ -263,8 +259,7 @@ class PublishedEnergyEstimator(OnlineMethod, LeastSquaresEstimator):
             If the log has a gap or another sampling time than the state, or lacks the load of a
             flexible arm.
         """
-        after, estimates, _ = self._run(state, log)
-        return after, estimates
+        return self._run(state, log)[:2]
 
     def prediction_errors(self, state: State, log: AxisLog) -> Float[np.ndarray, " n"]:
         """Return the prediction error before each sample of a log without gaps [J] (Eq. 4.9).
@@ -360,8 +355,7 @@ class PublishedEnergyEstimator(OnlineMethod, LeastSquaresEstimator):
         )
 
     def _samples(self, part: AxisLog, *, effort_delay: float = 0.0) -> Float[np.ndarray, "n 5"]:
-        cutoff = default_cutoff(part.sampling_time) if self.cutoff is None else self.cutoff
-        low_pass = LowPass(order=FILTER_ORDER, cutoff=cutoff)
+        low_pass = LowPass.of(part.sampling_time, self.cutoff)
         load = self.stiffness is not None
         return filtered_samples(part, low_pass, load=load, effort_delay=effort_delay)
 

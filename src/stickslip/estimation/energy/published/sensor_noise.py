@@ -6,13 +6,10 @@ A measured velocity is the true one plus white noise of standard deviation sigma
 
 from dataclasses import dataclass
 
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.observation import motion_noise
 from stickslip.estimation.signals.sensor_noise import longest_in_motion
 from stickslip.records import AxisLog, non_negative, positive
-
-FILTER_ORDER = 4
-"""Order of one pass of the low-pass before positions are differentiated."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,8 +84,7 @@ def sensor_noise_of(log: AxisLog, *, cutoff: float | None = None) -> SensorNoise
     (0.005, 0.05)
     """
     part, T = longest_in_motion(log.segments()), log.sampling_time
-    cutoff = default_cutoff(T) if cutoff is None else positive("cutoff", cutoff, "Hz")
-    low_pass = LowPass(order=FILTER_ORDER, cutoff=cutoff)
+    low_pass = LowPass.of(T, None if cutoff is None else positive("cutoff", cutoff, "Hz"))
     own = motion_noise(part.measured_position, part.measured_velocity, low_pass, T)
     load = None
     if part.measured_load_position is not None:

@@ -26,8 +26,8 @@ _QUIET = 0.01
 blocks are lengthened: it biases an estimated inertia to zero by its square."""
 _FEWEST_BLOCKS = 200  # to lengthen blocks for the inertia's sake must not cost the rest
 _RATIO_RANGE = (-6.0, 8.0)  # decades of level noise over force disturbance, in variance
-_RATIO_GRID = 15
-_RATIO_TOLERANCE = 1e-5
+_RATIO_GRID = 15  # places on that range where the search begins [-]
+_RATIO_TOLERANCE = 1e-5  # of the search [decades]
 
 
 def block_size(low_pass: LowPass, sampling_time: float) -> int:
@@ -82,11 +82,24 @@ def level_regression(
     )
     if hardly_moves(motion):  # an axis at rest dissipates nothing that could be weighed
         return rows
-    # A filter knows nothing beyond the ends, so velocities made by one are wrong there
+    # A filter has no samples beyond the ends: differentiated velocities are wrong there
     derived = parts[0].measured_velocity is None or (
         model.load_inertia is not None and parts[0].measured_load_velocity is None
     )
     edge = round(_EDGE_PERIODS / (low_pass.cutoff * T)) if derived else 0
+    return _with_blocks(rows, levels, low_pass, noise, T, edge)
+
+
+def _with_blocks(
+    rows: Regression,
+    levels: Sequence[EnergyLevels],
+    low_pass: LowPass,
+    noise: MotionNoise,
+    sampling_time: float,
+    edge: int,
+) -> Regression:
+    """Return a regression with the whitened means of levels over blocks of samples."""
+    T = sampling_time
     shortest = block_size(low_pass, T)
     size = _quiet_block_size(levels, shortest, noise, T)
     blocks = [_block_means(level, size, edge) for level in levels]
@@ -95,7 +108,7 @@ def level_regression(
     scale = float(np.sqrt(np.mean(variances)))
     # Noise of the kinetic energy of a unit inertia, in the difference of two blocks
     squares = np.concatenate([b.speed_squared for b in blocks])
-    column_noise = np.zeros(len(names))
+    column_noise = np.zeros(len(rows.names))
     column_noise[0] = (
         scale
         * _velocity_noise_of_block(noise, size, shortest, T)
@@ -111,7 +124,7 @@ def level_regression(
             f"energies averaged over {size} samples; noise of the energy level is taken as "
             f"{ratio:.2g} of what a disturbing force adds in a typical row (maximum "
             "likelihood)",
-            *notes,
+            *rows.notes,
         ),
     )
 
@@ -174,18 +187,17 @@ def _block_means(levels: EnergyLevels, size: int, edge: int) -> _Blocks:
     count = (levels.time.size - 2 * edge) // size
     used = slice(edge, edge + count * size)
 
-    def mean(values: Float[np.ndarray, "n c"]) -> Float[np.ndarray, "b c"]:
-        return values[used].reshape(count, size, -1).mean(axis=1)
+    def mean(values: Float[np.ndarray, "n ..."]) -> Float[np.ndarray, "b ..."]:
+        return values[used].reshape(count, size, *values.shape[1:]).mean(axis=1)
 
-    columns = np.column_stack([levels.dissipated, levels.regressors])
-    squares = mean(levels.motion.smooth_velocity[:, None] ** 2)[:, 0]
-    rest = mean(levels.motion.resting[:, None].astype(float))[:, 0]
-    disturbance = np.diff(mean(summed(levels.motion.path[:, None]))[:, 0]) ** 2
+    squares = mean(levels.motion.smooth_velocity**2)
+    rest = mean(levels.motion.resting.astype(float))
+    disturbance = np.diff(mean(summed(levels.motion.path))) ** 2
     return _Blocks(
-        time=mean(levels.time[:, None])[:, 0],
-        values=mean(columns),
-        noise=mean(levels.noise[:, None])[:, 0] / size,
-        walk=np.diff(mean(summed(levels.walk[:, None]))[:, 0]),
+        time=mean(levels.time),
+        values=mean(np.column_stack([levels.dissipated, levels.regressors])),
+        noise=mean(levels.noise) / size,
+        walk=np.diff(mean(summed(levels.walk))),
         disturbance=disturbance,
         resting=(rest[1:] + rest[:-1] >= 1.0) | (disturbance == 0.0),
         speed_squared=squares[1:] + squares[:-1],
@@ -195,7 +207,7 @@ def _block_means(levels: EnergyLevels, size: int, edge: int) -> _Blocks:
 def _whitened(
     blocks: Sequence[_Blocks], ratio: float
 ) -> tuple[Float[np.ndarray, "n c"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Return _whitened rows, their variances and times.
+    """Return whitened rows, their variances and times.
 
     A disturbing force of unit variance adds the squared travel to the level's variance. At rest the
     friction force is unknown whatever the disturbance, so that a rest counts as a typical row.

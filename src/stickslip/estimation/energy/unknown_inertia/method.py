@@ -1,13 +1,13 @@
 """The energy method with an unknown inertia: levels of energy, then work with one more column."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.known_inertia.balance import sought_regression
 from stickslip.estimation.energy.method import LEAST_ROWS, EnergyMethod, UsableLog
-from stickslip.estimation.energy.samples import samples_of
 from stickslip.estimation.energy.unknown_inertia.level_regression import (
     block_size,
     level_regression,
@@ -15,13 +15,8 @@ from stickslip.estimation.energy.unknown_inertia.level_regression import (
 from stickslip.estimation.energy.unknown_inertia.online import state as at
 from stickslip.estimation.energy.unknown_inertia.online.recursion import energy_run, energy_step
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.online import recursion
-from stickslip.estimation.online.faults.admission import set_admission
-from stickslip.estimation.online.faults.guard import set_guard
-from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.intervals.batches import clear_batches
-from stickslip.estimation.online.intervals.contrasts import intervals_in
-from stickslip.estimation.online.method import Kernel, State
+from stickslip.estimation.online.method import State
+from stickslip.estimation.online.recursion import covariance_in
 from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.sensor_noise import chosen_cutoff
 from stickslip.records import AxisLog, InputError
@@ -36,10 +31,10 @@ exp(-2 pi cutoff T) leave 5e-5 of it."""
 class UnknownInertiaMethod(EnergyMethod):
     """Levels of energy give the first guess of the inertia; the balance of work refines it."""
 
-    @property
-    def kernel(self) -> Kernel:
-        """The compiled step."""
-        return energy_step
+    kernel = staticmethod(energy_step)
+    run_kernel = staticmethod(energy_run)
+    fields = staticmethod(at.fields)
+    state_size = at.STATE_SIZE
 
     def usable(self, log: AxisLog) -> UsableLog:
         """Return a log with even samples and credible velocities, and a low-pass that fits it."""
@@ -71,17 +66,15 @@ class UnknownInertiaMethod(EnergyMethod):
         """Return how many samples a stretch without gaps must hold."""
         return LEAST_ROWS * block_size(low_pass, sampling_time)
 
-    def init(self, *, sampling_time: float, velocity_measured: bool, load_measured: bool) -> State:
-        """Return the state before the first sample."""
+    def initialise(self, own: Any, sampling_time: float, measured: tuple[bool, bool, bool]) -> None:
+        """Write the settings of the method into the fields of a first state."""
         settings, T = self.settings, sampling_time
+        velocity_measured, load_measured, _ = measured
         if settings.load_inertia is not None and not load_measured:
             raise InputError("load_not_measured")
         cutoff = settings.low_pass(T).cutoff
         position, velocity = settings.position_noise, settings.velocity_noise
         level = _UNIT_LEVEL if settings.level_noise is None else settings.level_noise
-        s = np.zeros(at.STATE_SIZE)
-        own = at.fields(s)
-        self._set_recursion(own, sampling_time, velocity_measured=velocity_measured)
         own.pole = np.exp(-2.0 * np.pi * cutoff * T)
         own.position_noise = -1.0 if position is None else position
         own.velocity_noise = -1.0 if velocity is None else velocity
@@ -90,42 +83,16 @@ class UnknownInertiaMethod(EnergyMethod):
         own.adaptations = settings.force_noise is None and settings.forgetting_factor == 1.0
         own.settle = 1.0 if velocity_measured else np.ceil(_EDGE_PERIODS / (cutoff * T))
         own.square_bias = _square_bias(own.pole, T)
-        load = settings.stiffness is not None
-        set_admission(
-            own.admission,
-            sampling_time=T,
-            effort_delay=settings.effort_delay,
-            inertia=None,
-            measured=(velocity_measured, load, load and velocity_measured),
-        )
-        clear_batches(own.batches)
-        set_guard(s, own.guard)
-        return s
-
-    def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
-        """Take the samples of a log without gaps; return the state and the estimates."""
-        load = self.settings.load_inertia is not None
-        return energy_run(state, samples_of(state, log, load=load))
 
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return P times the mean squared innovation, which corrects the arbitrary level noise."""
-        own, covariance = at.fields(state), recursion.covariance_in(state)
+        own, covariance = at.fields(state), covariance_in(state)
         return covariance * own.gate_scale if own.rows > 0.0 else covariance
 
-    def intervals(self, state: State) -> Float[np.ndarray, "p 2"]:
-        """Return 95 % intervals that allow for correlated residuals and errors of the model."""
-        return intervals_in(at.fields(state))
-
-    def health(self, state: State) -> OnlineHealth:
-        """Return what was missing, rejected and reset so far."""
-        own = at.fields(state)
+    def force_noise(self, own: Any) -> float:
+        """Return the standard deviation of the disturbance force [N or N m]."""
         unit = own.gate_scale if own.adaptations > 0.0 else 1.0
-        return health_of(
-            own.admission,
-            resets=int(own.guard.resets),
-            force_events=own.force_events,
-            force_noise=float(np.sqrt(unit * own.force_variance)),
-        )
+        return float(np.sqrt(unit * own.force_variance))
 
 
 def _square_bias(pole: float, sampling_time: float) -> float:

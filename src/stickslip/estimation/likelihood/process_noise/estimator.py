@@ -1,9 +1,9 @@
 """Maximum likelihood of a rigid axis with process noise."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -35,7 +35,7 @@ from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.model_rows import width_slope
 from stickslip.estimation.selection.terms import DELAY, DIRECTION, ELASTIC, SATURATION
 from stickslip.estimation.settings import check_given, options_of
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.resampling import resampled
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
@@ -116,7 +116,7 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
     offset
         Whether a constant offset is estimated; None estimates it unless ``per_direction``.
     largest_delay
-        Delays of the effort of up to so many samples, late or early and with fractions, are
+        Delays of the effort of up to so many samples, of either sign and with fractions, are
         estimated; 0 estimates one only if the selection finds one.
     select
         Whether the terms that `SelectedModelEstimator` finds in the log (a load, friction of
@@ -306,19 +306,17 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
         verdicts = [every[k] for k in at]
         covariance, half_width = intervals.covariance[np.ix_(at, at)], intervals.half[at]
         unsure = set() if comparison is None or intervals.white else set(comparison.unshared)
+        withheld = dict.fromkeys(
+            unsure, "the innovations are not white, and slow motion alone does not determine it"
+        )
         parameters: dict[str, ParameterEstimate] = {}
         for k, name in enumerate(names):
             half, value = float(half_width[k]), float(values[k])
-            reason = None
             if name == problem.mass_name and half > abs(value):
-                reason = "its 95 % interval is wider than the value itself"
-            elif name in unsure:
-                reason = (
-                    "the innovations are not white, and slow motion alone does not determine it"
-                )
-            if mask[k] and reason is not None:
+                withheld[name] = "its 95 % interval is wider than the value itself"
+            if mask[k] and name in withheld:
                 mask[k] = False
-                verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
+                verdicts[k] = Verdict(parameter=name, identifiable=False, reason=withheld[name])
             parameters[name] = ParameterEstimate(
                 name=name,
                 value=value if mask[k] else None,
@@ -353,14 +351,10 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
                 notes=(*causes, *notes, *_noise_notes(log, candidate), *intervals.notes),
                 effort_delay=delay,
             ),
-            provenance=provenance_of(log, self._options),
+            provenance=provenance_of(log, options_of(self)),
             selection=None if found.estimate is None else found.estimate.selection,
         )
         return Fit(estimate=estimate, rows=_only(rows, at, maximum.values), inertia=self.inertia)
-
-    @property
-    def _options(self) -> dict[str, Any]:
-        return options_of(self) | {"tuning": asdict(self.tuning)}
 
     def _nothing(self, log: AxisLog, notes: tuple[str, ...]) -> Fit:
         """Return the estimate from a log in which the axis hardly slips, without rows."""
@@ -380,7 +374,7 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
             samples=len(log),
             notes=notes,
         )
-        provenance = provenance_of(log, self._options)
+        provenance = provenance_of(log, options_of(self))
         estimate = solve(rows, estimator=self.name, provenance=provenance)
         return Fit(estimate=estimate, rows=rows, inertia=self.inertia)
 
@@ -464,8 +458,7 @@ def _velocities(
     if log.measured_velocity is None:
         return none, ()
     even, _ = resampled(replace(prepared.log, measured_velocity=log.measured_velocity))
-    low_pass = LowPass(order=4, cutoff=default_cutoff(even.sampling_time))
-    even, notes = without_wrong_velocity(even, low_pass, load=False)
+    even, notes = without_wrong_velocity(even, LowPass.of(even.sampling_time), load=False)
     velocity = even.measured_velocity
     if velocity is None:
         return none, notes

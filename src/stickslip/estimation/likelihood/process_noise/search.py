@@ -24,7 +24,7 @@ POSITION, EFFORT, ROUGHNESS, FORCE, DISTURBANCE, TIME_CONSTANT, VELOCITY = range
 _LARGEST_STEP = 2.0  # of a logarithm, in one iteration
 _MASS_RANGE = 1.5  # factor by which one iteration changes the mass at most
 _GAIN_GROWTH, _LARGEST_GAIN = 1.5, 4.0  # of steps onward, where the information is too large
-_LARGEST_DAMPING, _DAMPING_RATIO = 1e4, 100.0
+_LARGEST_DAMPING, _DAMPING_RATIO = 1e4, 100.0  # at its end, and after a step that gains nothing
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
-from scipy.special import stdtr
+from scipy.special import kolmogorov, stdtr
 from scipy.stats import norm
 
 from stickslip.estimation.fit.intervals import robust_uncertainty, t_quantile
@@ -182,9 +182,8 @@ def shift_by_low_speed(
 def whiteness_probability(values: Float[np.ndarray, " n"]) -> float:
     """Return the probability of a cumulative periodogram as uneven as this if white.
 
-    The largest distance D of the cumulative periodogram from a straight line has the distribution
-    of Kolmogorov and Smirnov, P(D sqrt(m) > z) = 2 sum (-1)^(j-1) exp(-2 j^2 z^2), with m
-    frequencies (Bartlett 1955).
+    The largest distance D of the cumulative periodogram from a straight line, times sqrt(m) with m
+    frequencies, has the distribution of Kolmogorov and Smirnov (Bartlett 1955).
     """
     power = np.abs(np.fft.rfft(values - np.mean(values))[1:]) ** 2
     m = power.size
@@ -193,9 +192,7 @@ def whiteness_probability(values: Float[np.ndarray, " n"]) -> float:
         return 1.0
     share = np.cumsum(power) / total
     distance = float(np.max(np.abs(share - np.arange(1, m + 1) / m)))
-    z = max(distance * np.sqrt(m), 0.2)
-    j = np.arange(1, 101)
-    return float(np.clip(2.0 * np.sum((-1.0) ** (j - 1) * np.exp(-2.0 * (j * z) ** 2)), 0.0, 1.0))
+    return float(kolmogorov(distance * np.sqrt(m)))
 
 
 @dataclass(frozen=True, kw_only=True)

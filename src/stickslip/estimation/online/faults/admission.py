@@ -13,7 +13,7 @@ A sample passes through here before an estimator sees it.
   and nothing is counted.
 - A known delay of the effort is removed. For a delay of n + f samples the effort in the interval
   that begins with sample k is (1 - f) u(k-n) + f u(k-n-1). With a negative delay (an effort that
-  is logged late) the motion is delayed instead.
+  acts before it is logged) the motion is delayed instead.
 
 All memory is a part of the estimator's state, laid out by `ADMISSION_DTYPE`.
 """
@@ -125,7 +125,7 @@ def set_admission(
     """Initialise the memory, zeros before, in place.
 
     ``effort_delay`` is the number of samples by which the effort acts after it is logged, negative
-    if it is logged late; ``inertia`` that of the driven mass [kg or kg m^2], None if it is unknown;
+    if it acts before; ``inertia`` that of the driven mass [kg or kg m^2], None if it is unknown;
     ``measured`` says whether velocity, load position and load velocity are.
     """
     if not abs(effort_delay) <= LONGEST_DELAY:

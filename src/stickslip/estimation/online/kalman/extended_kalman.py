@@ -7,7 +7,7 @@ its exact derivatives, through stops and breakaways too as soon as their instant
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -26,7 +26,7 @@ from stickslip.estimation.online.method import Kernel, OnlineMethod, State
 from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.point_estimate import NORMAL_95, estimate_of
 from stickslip.estimation.prepare import repaired
-from stickslip.estimation.settings import check_given, first_guesses
+from stickslip.estimation.settings import check_given, first_guesses, options_of
 from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.estimation.signals.sensor_noise import longest_in_motion, position_noise
 from stickslip.records import (
@@ -76,8 +76,8 @@ class ExtendedKalmanFilter(OnlineMethod):
         estimates it: online from the innovations as they come, in `fit` the least one that makes
         the innovations of the whole log as large as expected.
     effort_delay
-        Samples by which the effort acts after it is logged [-], also a fraction; negative if the
-        effort is logged late. At most 30.
+        Samples by which the effort acts after it is logged [-], also a fraction; negative if it
+        acts before it is logged. At most 30.
     drift
         By parameter name, how far each wanders in a second [unit of the parameter / s^(1/2)];
         0 for those not named.
@@ -90,7 +90,8 @@ class ExtendedKalmanFilter(OnlineMethod):
         Whether stops, rests and breakaways are used once friction is known so well that
         their samples follow from it; not where a force disturbs. Friction at rest is then taken for
         Coulomb friction, until the motion shows that it is more. False for an axis of which that
-        is known: what is a few per cent is seen late, and pulls the estimate until then.
+        is known: a difference of a few per cent is detected only after some time, and biases the
+        estimate until then.
     memory
         Number of the first samples that are kept, to go through their stops and rests again when
         friction is known; if they are not enough, the information in those is lost.
@@ -226,8 +227,7 @@ class ExtendedKalmanFilter(OnlineMethod):
 
         The log must have the sampling time of the state, and a velocity where it was made for one.
         """
-        after, history, _ = self._run(state, log)
-        return after, history
+        return self._run(state, log)[:2]
 
     def normalised_innovations(self, state: State, log: AxisLog) -> Float[np.ndarray, " n"]:
         """Return the squared innovations of a run over their variances, sums of a sample [-]."""
@@ -318,15 +318,11 @@ class ExtendedKalmanFilter(OnlineMethod):
             widened = np.maximum(deviations, _half_widths(rows.fit(log)) / NORMAL_95)
             scale = widened / deviations
             deviations, covariance = widened, covariance * np.outer(scale, scale)
-        options = {field.name: getattr(settled, field.name) for field in fields(settled)}
-        options |= {
-            name: dict(options[name]) for name in ("drift", "initial_values", "initial_deviations")
-        }
         return estimate_of(
             replace(regression, biased=log.clipped or surprise > _INCONSISTENT),
             state[self._places].tolist(),
             estimator=self.name,
-            provenance=provenance_of(log, {"estimator": self.name, **options}),
+            provenance=provenance_of(log, options_of(settled)),
             deviations=deviations.tolist(),
             covariance=covariance,
             notes=(*log.notes, *notes),

@@ -36,6 +36,7 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.online.faults.admission import admit, restart_admission
+from stickslip.estimation.online.faults.unknown_force import PLAUSIBLE
 from stickslip.estimation.online.intervals.batches import clear_batches, close_batch, count_sample
 from stickslip.estimation.online.intervals.contrasts import EVERYWHERE, add_information, classify
 from stickslip.estimation.online.kalman.one_filter import (
@@ -53,9 +54,9 @@ from stickslip.estimation.online.kalman.state import (
     REPLAYING,
     STATES,
     TRUSTED,
-    State,
     fields,
 )
+from stickslip.estimation.online.method import State
 
 RESOLUTION = 1e-15
 """Variance that a parameter gains in a sample, over that which the filter began with: without it,
@@ -74,7 +75,6 @@ _RESTING = 4.0  # standard deviations of the position within which an axis may b
 _DUE = 40.0
 """Standard deviations of the position that a resting axis should have moved by, until it is certain
 that static friction holds it; so many that a slow reversal is no rest."""
-_PLAUSIBLE = 5.0  # friction over the largest effort beyond which an estimate is not plausible
 
 
 @compiled(inline=True)
@@ -108,12 +108,12 @@ def _contrast(s: Any) -> None:
 
 @compiled(inline=True)
 def _is_plausible(s: Any) -> bool:
-    """Return whether friction is within `_PLAUSIBLE` times the largest effort."""
+    """Return whether friction is within `PLAUSIBLE` times the largest effort."""
     P = s.careful.P
-    most = _PLAUSIBLE * s.admission.largest_effort
-    viscous = abs(s.careful.z[2]) - _PLAUSIBLE * np.sqrt(max(P[2, 2], 0.0))
-    coulomb = abs(s.careful.z[3]) - _PLAUSIBLE * np.sqrt(max(P[3, 3], 0.0))
-    offset = abs(s.careful.z[4]) - _PLAUSIBLE * np.sqrt(max(P[4, 4], 0.0))
+    most = PLAUSIBLE * s.admission.largest_effort
+    viscous = abs(s.careful.z[2]) - PLAUSIBLE * np.sqrt(max(P[2, 2], 0.0))
+    coulomb = abs(s.careful.z[3]) - PLAUSIBLE * np.sqrt(max(P[3, 3], 0.0))
+    offset = abs(s.careful.z[4]) - PLAUSIBLE * np.sqrt(max(P[4, 4], 0.0))
     return viscous * s.largest_speed <= most and coulomb <= most and offset <= most
 
 

@@ -93,11 +93,11 @@ def predicted(
             onward = pull - back * f_c
             more, speed, _, more_f, more_c, _, speed_f, speed_c = _slip(m, c, onward, 0.0, T - stop)
             # The later it stopped, the less is left: d / dt* of way and velocity after it
-            late = -m / force
+            stop_slope = -m / force
             last = (onward - c * speed) / m
             for j, part in ((1, at_v), (2, at_c), (3, -s * at_f), (4, -at_f)):
-                F[0, j] -= speed * late * part
-                F[1, j] -= last * late * part
+                F[0, j] -= speed * stop_slope * part
+                F[1, j] -= last * stop_slope * part
             F[0, 2] += more_c
             F[1, 2] += speed_c
             F[0, 3] -= back * more_f

@@ -3,9 +3,9 @@
 The states are z = (x, v, c, f_c, o): position, velocity, viscous friction, Coulomb friction and
 offset. Between samples x and v move exactly, as in `predicted`; friction stays.
 
-- An innovation larger than `_GATE` standard deviations is explained by an unknown force in that
-  sample: Q grows until it is not. The motion follows the measurement, friction does not.
-- Without a given force noise, Q follows the innovations (bounded covariance matching).
+- An innovation beyond `GATE` is explained by an unknown force in that sample: Q grows until it is
+  not. The motion follows the measurement, friction does not.
+- Without a given force noise, Q follows the innovations.
 """
 
 from typing import Any
@@ -14,22 +14,21 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.faults.unknown_force import (
+    ADAPTATION,
+    GATE,
+    GATE_MEMORY,
+    OVERCONFIDENT,
+    adaptation_exponent,
+)
 from stickslip.estimation.online.intervals.batches import scale_information
 from stickslip.estimation.online.kalman.motion import predicted
 from stickslip.estimation.online.kalman.state import FRICTION, STATES
 from stickslip.numerics.kalman import measure
 
 _SURE = 3.0  # standard deviations of the velocity from 0, from which on the axis moves for sure
-_GATE = 64.0  # squared innovation over its variance beyond which there was an unknown force
-_GATE_MEMORY = 1.0 / 256.0  # weight of a sample in the running mean that scales the gate
-_ADAPTATION = 64.0  # measurements from one adaptation of the force variance to the next
-_LEAST_ADAPTATION = 0.05  # exponent of an adaptation after many of them
 _LARGEST_ADAPTATION = 4.0  # factor of an adaptation
 _LEAST_FORCE = 1e-3  # of the largest effort: least standard deviation of the adapted force
-_OVERCONFIDENT = 2.0
-"""Mismatch beyond which what was learned so far is trusted less, and q follows at once: 1 in 10^5
-adaptations exceeds it by chance. At 1.5 of 32 measurements 1 in 30 does, and the information of a
-log is lost several times over."""
 
 
 @compiled(inline=True)
@@ -141,7 +140,7 @@ def take(s: Any, f: Any, careful: bool, u: float, x: float, v: float) -> tuple[b
     exactly = _predict(s, f, careful, u)
     square_x = _squared_innovation(f, 0, x, s.position_variance)
     square_v = _squared_innovation(f, 1, v, s.velocity_variance)
-    limit = _GATE * max(1.0, s.gate_scale)
+    limit = GATE * max(1.0, s.gate_scale)
     if max(square_x, square_v) > limit:
         T, m = s.period, s.mass
         q = 0.0
@@ -160,7 +159,7 @@ def take(s: Any, f: Any, careful: bool, u: float, x: float, v: float) -> tuple[b
         if np.isinf(s.velocity_variance):
             seen = 0.0 if np.isnan(x) else 1.0
         if seen > 0.0:
-            s.gate_scale += _GATE_MEMORY * (bounded / seen - s.gate_scale)
+            s.gate_scale += GATE_MEMORY * (bounded / seen - s.gate_scale)
             s.mismatch += bounded
             s.mismatched += seen
     square_x, log_x = _correct(s, f, 0, x, s.position_variance)
@@ -180,24 +179,22 @@ def _scale_friction(f: Any, factor: float) -> None:
 
 @compiled(inline=True)
 def adapt(s: Any) -> None:
-    """Let the force variance follow the innovations: q+ = q (mean e' S^-1 e / size)^gamma.
+    """Let the force variance follow the innovations, as in `unknown_force`.
 
-    The exponent falls from 1 to `_LEAST_ADAPTATION`. If the innovations are larger than expected,
-    the information so far was counted too high by their mean square, and is reduced.
+    If the innovations are larger than expected, the information so far was counted too high by
+    their mean square, and is reduced.
     """
-    if s.adapted == 0 or s.mismatched < _ADAPTATION:
+    if s.adapted == 0 or s.mismatched < ADAPTATION:
         return
     mean = s.mismatch / s.mismatched
     s.mismatch, s.mismatched = 0.0, 0
-    gamma = max(_LEAST_ADAPTATION, 1.0 / np.sqrt(s.adapted))
-    if mean > _OVERCONFIDENT:
-        gamma = 1.0
+    gamma = adaptation_exponent(mean, s.adapted)
     s.adapted += 1
     factor = min(max(mean, 1.0 / _LARGEST_ADAPTATION), _LARGEST_ADAPTATION) ** gamma
     most = s.admission.largest_effort**2
     least = most * _LEAST_FORCE * _LEAST_FORCE
     s.force_variance = min(max(factor * s.force_variance, least), max(most, least))
-    if mean > _OVERCONFIDENT:
+    if mean > OVERCONFIDENT:
         factor = min(mean, _LARGEST_ADAPTATION)
         _scale_friction(s.careful, factor)
         scale_information(s.batches.snapshots, 1.0 / factor)

@@ -1,7 +1,6 @@
 """State of the two Kalman filters side by side: named fields of one vector."""
 
 import numpy as np
-from jaxtyping import Float
 
 from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE
 from stickslip.estimation.online.intervals.batches import batches_dtype
@@ -71,7 +70,6 @@ STATE = np.dtype(
     ]
 )
 fields = fields_at(STATE)
-State = Float[np.ndarray, " s"]
 
 VALUES = place_of(STATE, "values")
 """Place of the first estimate in a state."""

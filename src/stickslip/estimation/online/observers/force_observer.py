@@ -21,14 +21,13 @@ from stickslip.estimation.online.recursion import VALUES, recursion_fields
 from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
-from stickslip.estimation.signals.kinematics import LowPass, default_cutoff, noise_level, slow_speed
+from stickslip.estimation.signals.kinematics import LowPass, noise_level, slow_speed
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, mass_name, non_negative, positive
 
 _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
-_FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
-_LATE = 0.2  # last part of a log, in which an observer should have settled
-_SETTLED = 0.02  # relative
+_LAST_SHARE = 0.2  # of a log, in which an observer should have settled [-]
+_SETTLED = 0.02  # relative change of an estimate in that part [-]
 _MEMORY = 2.0  # periods of the cutoff that the low-pass smears a jump over, on either side
 _QUIET = 0.1  # noise of the force over the rms effort
 _LEAST_ROWS = 3  # a parameter
@@ -53,8 +52,8 @@ class ForceObserver(OnlineMethod):
     #: First guesses by parameter name [SI]; 0 for those not named. What is not estimated is taken
     #: as known at its first guess.
     initial_values: Mapping[str, float] | None = None
-    #: Samples by which the effort acts after it is logged [-], also a fraction; negative if the
-    #: effort is logged late. At most 30.
+    #: Samples by which the effort acts after it is logged [-], also a fraction; negative if it
+    #: acts before it is logged. At most 30.
     effort_delay: float = 0.0
     name: ClassVar[str]
     _kernel: ClassVar[Any]
@@ -143,7 +142,7 @@ class ForceObserver(OnlineMethod):
         check_fits(log, float(recursion_fields(state).sampling_time))
         after = state.copy()
         samples, quiet = self._signals(log)
-        waiting = max(int(np.ceil(-self.effort_delay)), 0)  # the motion waits for a late effort
+        waiting = max(int(np.ceil(-self.effort_delay)), 0)  # the motion is delayed instead
         quiet = np.concatenate([np.zeros(waiting, dtype=bool), quiet])[: len(log)]
         history = at.observer_run(at.METHODS.index(self.name), after, samples, quiet)
         return after, history[:, [place - VALUES for place in self._places]]
@@ -260,8 +259,7 @@ class ForceObserver(OnlineMethod):
         return max(round(1.0 / (self._low_pass(sampling_time).cutoff * sampling_time)), 1)
 
     def _low_pass(self, sampling_time: float) -> LowPass:
-        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
-        return LowPass(order=_FILTER_ORDER, cutoff=cutoff)
+        return LowPass.of(sampling_time, self.cutoff)
 
     def _settled(self, log: AxisLog) -> "ForceObserver":
         """Return the observer with the dead band that a log suggests."""
@@ -312,15 +310,15 @@ def _block_means(
         for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
     ]
     first = np.concatenate([np.empty(0, dtype=int), *starts])
-    sums = np.concatenate([np.zeros((1, table.shape[1])), np.cumsum(table, axis=0)])
+    sums = np.cumulative_sum(table, axis=0, include_initial=True)
     return (sums[first + size] - sums[first]) / size
 
 
 def _unrest(names: tuple[str, ...], history: Float[np.ndarray, "n p"]) -> tuple[str, ...]:
     """Return a note on estimates that still move at the end of a log."""
-    late = history[-max(round(_LATE * len(history)), 1) :]
-    size = np.maximum(np.abs(late[-1]), np.finfo(float).tiny)
-    moved = np.ptp(late, axis=0) / size
+    last = history[-max(round(_LAST_SHARE * len(history)), 1) :]
+    size = np.maximum(np.abs(last[-1]), np.finfo(float).tiny)
+    moved = np.ptp(last, axis=0) / size
     k = int(np.argmax(moved))
     if moved[k] <= _SETTLED:
         return ()

@@ -26,6 +26,7 @@ from jaxtyping import Bool, Float
 from stickslip.compiled import compiled
 from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE, admit
 from stickslip.estimation.online.faults.guard import guard_dtype, stays_valid
+from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import RECURSION, VALUES, update
 from stickslip.numerics.named_fields import fields_at, places
 
@@ -76,8 +77,6 @@ _FIELDS = np.dtype(
 STATE_SIZE = places(_FIELDS)
 
 fields = fields_at(_FIELDS)
-
-State = Float[np.ndarray, " s"]
 
 
 @compiled(inline=True)

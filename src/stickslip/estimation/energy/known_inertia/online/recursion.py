@@ -2,7 +2,7 @@
 
 The same two filters as offline, one after the other:
 `stickslip.estimation.energy.known_inertia.online.motion` gives the direction of friction, and the
-filter here whitens the balance, `LAG` samples late. Its rows go into the recursion.
+filter here whitens the balance, with a delay of `LAG` samples. Its rows go into the recursion.
 
 The prediction and the update of its covariance are those of `stickslip.numerics.kalman`, written
 out for four states. With the functions from there the estimates are identical, but a sample takes
@@ -35,6 +35,14 @@ from stickslip.estimation.energy.known_inertia.online.state import (
 from stickslip.estimation.energy.known_inertia.stretches import CERTAIN
 from stickslip.estimation.online.faults.admission import admit
 from stickslip.estimation.online.faults.guard import keep_state, restore_state
+from stickslip.estimation.online.faults.unknown_force import (
+    ADAPTATION,
+    GATE,
+    GATE_MEMORY,
+    OVERCONFIDENT,
+    PLAUSIBLE,
+    adaptation_exponent,
+)
 from stickslip.estimation.online.intervals.batches import (
     close_batch,
     count_sample,
@@ -42,22 +50,11 @@ from stickslip.estimation.online.intervals.batches import (
 )
 from stickslip.estimation.online.intervals.contrasts import add_row, classify
 from stickslip.estimation.online.method import State
-from stickslip.estimation.online.recursion import (
-    stribeck_left,
-    update,
-)
+from stickslip.estimation.online.recursion import stribeck_left, update
 
 _LARGER = 100.0  # how many times what the samples show the variance of a load's first stretch is
 
-_GATE = 64.0  # squared innovation over its variance beyond which there was an unknown force
-_GATE_MEMORY = 1.0 / 256.0  # weight of a row in the running mean that scales the gate
-_ADAPTATION = 64.0  # rows from one adaptation of the disturbance force to the next
-_LEAST_ADAPTATION = 0.05  # exponent of an adaptation after many of them
 _LARGEST_ADAPTATION = 16.0  # factor of an adaptation
-_OVERCONFIDENT = 2.0
-"""Mismatch beyond which what was learned so far is trusted less, and q follows at once: 1 in 10^5
-adaptations exceeds it by chance."""
-_PLAUSIBLE = 5.0  # friction over the largest effort beyond which an estimate is not plausible
 
 _TRUST = 7e-4  # of friction's root mean square: no model is trusted beyond that
 
@@ -132,7 +129,7 @@ def _allow_unknown_force(own: Any, sample: Any) -> None:
     q = (e / B)^2: its states follow the measurement, and the row gets next to no weight.
     """
     p = own.recursion.parameters
-    limit = _GATE * max(1.0, own.gate_scale)
+    limit = GATE * max(1.0, own.gate_scale)
     for c in range(2):
         if own.is_measured[c] == 0 or (sample.missing >> c) & 1 == 1:
             continue
@@ -153,7 +150,7 @@ def _allow_unknown_force(own: Any, sample: Any) -> None:
             for j in range(4):
                 own.covariance[i, j] += q * own.held[i] * own.held[j]
         own.force_events += 1.0
-        own.gate_scale += _GATE_MEMORY * (limit - own.gate_scale)
+        own.gate_scale += GATE_MEMORY * (limit - own.gate_scale)
         own.mismatch += limit
         own.mismatch_rows += 1.0
 
@@ -197,25 +194,23 @@ def _regress(own: Any, sample: Any, certain: bool, groups: int) -> None:
         if certain:
             own.residual_squares += error
             own.rows += 1.0
-            own.gate_scale += _GATE_MEMORY * (error - own.gate_scale)
+            own.gate_scale += GATE_MEMORY * (error - own.gate_scale)
             own.mismatch += error
             own.mismatch_rows += 1.0
 
 
 @compiled(inline=True)
 def _adapt(own: Any) -> None:
-    """Let the disturbance force follow the innovations: q+ = q (mean e' S^-1 e / size)^gamma.
+    """Let the disturbance force follow the innovations, as in `unknown_force`.
 
-    The exponent falls from 1 to `_LEAST_ADAPTATION`. If the innovations are larger than expected,
-    the information so far was counted too high by their mean square, and is reduced.
+    If the innovations are larger than expected, the information so far was counted too high by
+    their mean square, and is reduced.
     """
-    if own.adaptations == 0.0 or own.mismatch_rows < _ADAPTATION:
+    if own.adaptations == 0.0 or own.mismatch_rows < ADAPTATION:
         return
     mean = own.mismatch / own.mismatch_rows
     own.mismatch, own.mismatch_rows = 0.0, 0.0
-    gamma = max(_LEAST_ADAPTATION, 1.0 / np.sqrt(own.adaptations))
-    if mean > _OVERCONFIDENT:
-        gamma = 1.0
+    gamma = adaptation_exponent(mean, own.adaptations)
     own.adaptations += 1.0
     factor = min(max(mean, 1.0 / _LARGEST_ADAPTATION), _LARGEST_ADAPTATION) ** (0.5 * gamma)
     least = _TRUST * np.sqrt(own.friction_square)
@@ -224,7 +219,7 @@ def _adapt(own: Any) -> None:
         # Not even a force as large as friction explains the innovations: the sensors' noise is not
         # as modelled (a velocity differentiated from the same encoder), and no force is sought
         own.disturbance, own.adaptations = least, 0.0
-    if mean > _OVERCONFIDENT:
+    if mean > OVERCONFIDENT:
         p = own.recursion.parameters
         factor = min(mean, _LARGEST_ADAPTATION)
         for i in range(p):  # a given prior holds
@@ -252,7 +247,7 @@ def _close_batch(s: State, columns: _Columns) -> None:
         for j in range(p):
             variance += columns[i] * columns[j] * own.recursion.spread[i, j]
     most = own.admission.largest_effort + np.sqrt(max(variance, 0.0))
-    if abs(friction) > _PLAUSIBLE * most or not keep_state(s, own.guard):
+    if abs(friction) > PLAUSIBLE * most or not keep_state(s, own.guard):
         _reset(s)
         return
     close_batch(own.batches, own.information, own.eta)

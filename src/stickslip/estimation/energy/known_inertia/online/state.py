@@ -16,7 +16,7 @@ from stickslip.estimation.online.recursion import RECURSION
 from stickslip.numerics.named_fields import fields_at, places
 
 LAG = 64
-"""Samples by which the estimate is late: what a velocity gains from later ones is seen by then."""
+"""Delay of the estimate [samples]; samples after that improve a smoothed velocity no further."""
 
 DEPTH = LAG + 1  # samples remembered
 CHANNELS = 4  # position and velocity of the driven mass, then of the load

@@ -2,7 +2,7 @@
 
 - A sample passes `stickslip.estimation.online.faults.admission` first. The balance is an integral:
   after a gap, a step of the position or an unknown force its level is not known, and begins again.
-- A row whose innovation is more than `_GATE` times its usual variance is explained by an unknown
+- A row whose innovation is more than `GATE` times its usual variance is explained by an unknown
   force: the level begins again there, and nothing is learned from it.
 - Without a given force noise, the variance of the random walk follows the correlation of
   neighbouring innovations, which is zero in an optimal filter (R. K. Mehra 1970, "On the
@@ -18,26 +18,24 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.energy.balance import squared_velocity, turning_distance
-from stickslip.estimation.energy.unknown_inertia.online.state import (
-    fields,
-)
+from stickslip.estimation.energy.unknown_inertia.online.state import fields
 from stickslip.estimation.online.faults.admission import admit, learn_inertia
 from stickslip.estimation.online.faults.guard import keep_state, restore_state
+from stickslip.estimation.online.faults.unknown_force import (
+    ADAPTATION,
+    GATE,
+    GATE_MEMORY,
+    PLAUSIBLE,
+)
 from stickslip.estimation.online.intervals.batches import close_batch, count_sample
 from stickslip.estimation.online.intervals.contrasts import add_row, classify
 from stickslip.estimation.online.method import State
-from stickslip.estimation.online.recursion import (
-    stribeck_left,
-    update,
-)
+from stickslip.estimation.online.recursion import stribeck_left, update
 from stickslip.estimation.signals.observation import HYSTERESIS
 
 _SETTLING = 16.0  # samples before the noise is known well enough to detect motion
 _NOISE_MEMORY = 256.0  # samples that the running noise estimate looks back
 _THIRD_DIFFERENCE = 20.0  # variance of the third difference of unit white noise
-_GATE = 64.0  # squared innovation over its usual variance beyond which there was an unknown force
-_GATE_MEMORY = 1.0 / 256.0  # weight of a row in the running mean that scales the gate
-_ADAPTATION = 64.0  # rows from one adaptation of the force variance to the next
 _FIRST_RATIO = 1e-2
 """Variance of the walk in a typical row over that of a level, at the start. Small, as differences
 of levels with a noisy velocity hide the inertia, and the innovations then look like a walk."""
@@ -50,7 +48,6 @@ _LARGEST_NOISE = 6e-3
 longer distances: such a share of noise lowers an estimated inertia by as much."""
 _SMOOTHER = 0.3  # change of the ratio then
 _WAITING = 4.0  # blocks of rows before the first one: innovations of a first guess are all alike
-_PLAUSIBLE = 5.0  # friction over the largest effort beyond which an estimate is not plausible
 
 
 @compiled(inline=True)
@@ -104,7 +101,7 @@ def _adapt(own: Any, error: float) -> None:
     R + Q w^2 stays the same, so that rows before and after weigh alike.
     """
     own.rows += 1.0
-    weight = max(1.0 / own.rows, _GATE_MEMORY)
+    weight = max(1.0 / own.rows, GATE_MEMORY)
     own.gate_scale += weight * (error * error - own.gate_scale)
     if own.adaptations == 0.0:
         return
@@ -113,7 +110,7 @@ def _adapt(own: Any, error: float) -> None:
     own.travel_square += (own.travel * own.travel - own.travel_square) / own.rows
     own.last_error = error
     own.block_rows += 1.0
-    if own.block_rows < _ADAPTATION:
+    if own.block_rows < ADAPTATION:
         return
     gain = max(_ADAPTATION_GAIN / np.sqrt(own.adaptations), _LEAST_GAIN)
     if own.adaptations <= _WAITING:
@@ -183,11 +180,11 @@ def _regress(s: State, level: float, travel: float, least: float, v: float, sv: 
         own.kinetic_squares += (means[1] - constants[1]) ** 2
         own.noise_squares += v * v * sv * sv / own.averaged
         error = _normalised(own, p, y)
-        limit = _GATE * own.gate_scale
-        begins = own.rows >= _ADAPTATION and error * error > limit
+        limit = GATE * own.gate_scale
+        begins = own.rows >= ADAPTATION and error * error > limit
         if begins:
             own.force_events += 1.0
-            own.gate_scale += _GATE_MEMORY * (limit - own.gate_scale)
+            own.gate_scale += GATE_MEMORY * (limit - own.gate_scale)
             own.last_error = 0.0
         else:
             for j in range(p + 1):
@@ -209,11 +206,11 @@ def _regress(s: State, level: float, travel: float, least: float, v: float, sv: 
 
 @compiled(inline=True)
 def _is_plausible(own: Any, p: int) -> bool:
-    """Return whether Coulomb friction and offset are within `_PLAUSIBLE` times the efforts."""
+    """Return whether Coulomb friction and offset are within `PLAUSIBLE` times the efforts."""
     largest = own.admission.largest_effort
     for i in range(3 if own.recursion.per_direction > 0 else 2, p):
         variance = max(own.recursion.spread[i, i], 0.0) * own.gate_scale
-        if not abs(own.recursion.values[i]) <= _PLAUSIBLE * (largest + np.sqrt(variance)):
+        if not abs(own.recursion.values[i]) <= PLAUSIBLE * (largest + np.sqrt(variance)):
             return False
     return True
 
@@ -371,8 +368,8 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
     if sw < 0.0:
         sw = _track_noise(own.tracked[0], x)
     if derived:
-        # Effort and positions through the same causal filter, one sample late so that the velocity
-        # is a central difference
+        # Effort and positions through the same causal filter, delayed by a sample, so that the
+        # velocity is a central difference
         T, pole, stages = own.recursion.sampling_time, own.pole, own.stages
         last, earlier = own.filtered, own.earlier
         if own.filtered_samples == 0.0:
