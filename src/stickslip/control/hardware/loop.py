@@ -32,7 +32,7 @@ from stickslip.records import (
 
 S = TypeVar("S")
 
-_SPIN = 0.0005  # before a sample, in which the clock is polled: sleep wakes up late [s]
+_SPIN = 0.0005  # before a sample, in which the clock is polled: a sleep lasts longer than asked [s]
 _SPEED_SAMPLES = 5  # over which a speed is taken: noise of the encoder
 _PATIENCE = (10.0, 0.1)  # of the watchdog: samples, and seconds at least
 
@@ -175,7 +175,7 @@ _TEXTS = {
 
 @dataclass(kw_only=True)
 class LoopRun(Generic[S]):
-    """What a loop on hardware did."""
+    """Result of a loop on hardware."""
 
     ending: LoopEnding = LoopEnding.INTERRUPTED  #: Why it ended.
     controller_state: S  #: The controller's last state.
@@ -331,7 +331,7 @@ class _Loop:
         self.done.ending = LoopEnding.FINISHED
 
     def _miss(self, k: int, missed: int) -> LoopEnding | None:
-        """Let the controller know of periods that have passed without a sample."""
+        """Step the controller through periods that have passed without a sample."""
         self.done.overruns += missed
         self.in_row += missed
         if self.in_row > self.settings.max_lost:

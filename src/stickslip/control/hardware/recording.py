@@ -1,4 +1,4 @@
-"""What a loop on hardware has read and written."""
+"""Samples that a loop on hardware has read, and efforts that it has written."""
 
 from dataclasses import dataclass, field
 from math import isfinite
@@ -51,7 +51,7 @@ class Recording:
 
         Samples without a position are left out; a channel that is missing in any other sample is
         left out as a whole. The effort of a sample is the mean effort from its reading to the next
-        sample: an effort may be written late, and is written at a lost sample too.
+        sample: an effort may be written with a delay, and is written at a lost sample too.
 
         Parameters
         ----------
