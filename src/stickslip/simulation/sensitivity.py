@@ -40,7 +40,7 @@ class MotionSensitivity:
 
     The motion is a continuous function of the parameters, and its derivative is exact, except where
     an event grazes: with static friction above Coulomb friction the motion then jumps, and a
-    derivative says nothing of that (``motion.grazing`` shows where). A single mass is freed by a
+    derivative does not show that (``motion.grazing`` shows where). A single mass is freed by a
     new effort at the beginning of a sample only; there, too, the motion jumps when static friction
     passes the effort, and is constant between such jumps: its derivatives by static friction are 0.
     """

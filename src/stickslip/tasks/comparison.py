@@ -74,7 +74,7 @@ def compare_log(
     schema, axis
         How to read it, if it is a path (see `stickslip.logs.read_log`).
     columns
-        What single columns are, in place of what the schema says of them.
+        Meaning of single columns, in place of that of the schema.
     task
         Known values of the axis, and what to estimate; None for an unknown rigid axis.
     only

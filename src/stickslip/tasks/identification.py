@@ -48,7 +48,7 @@ def identify(
     schema, axis
         How to read it, if it is a path (see `stickslip.logs.read_log`).
     columns
-        What single columns are, in place of what the schema says of them.
+        Meaning of single columns, in place of that of the schema.
     estimator
         Name in `stickslip.estimation.ESTIMATORS`, or an estimator; all settings of the latter are
         its own, so that none can be given here.

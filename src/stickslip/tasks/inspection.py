@@ -1,4 +1,4 @@
-"""What a log holds and how it would be read, before anything is identified from it."""
+"""The contents of a log and how it would be read, before anything is identified from it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -62,7 +62,7 @@ def inspect(
     axis
         Name of the only axis to return; None returns all.
     columns
-        What single columns are, in place of what the schema says of them.
+        Meaning of single columns, in place of that of the schema.
     urdf, joints
         Model of the robot whose joints the axes are, and those wanted, as
         `stickslip.tasks.axes_of_robot` takes them: the lag and the prediction then hold with
@@ -339,7 +339,7 @@ def effort_lag(log: AxisLog) -> tuple[float | None, float | None]:
     if curvature <= 0.0:
         return None, None
     offset = 0.5 * float(left[best - 1] - left[best + 1]) / curvature
-    # The held effort of a sample acts half a step later than its stamp
+    # The held effort of a sample acts half a step after its stamp
     lag = (float(shifts[best]) + offset - 0.5) * step
     least = max(float(left[best]) - 0.5 * curvature * offset**2, 0.0)
     independent = inside.size / length

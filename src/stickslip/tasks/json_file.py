@@ -76,5 +76,5 @@ def _plain(value: Any) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """Replace a number that JSON does not know."""
+    """Replace a number that JSON has no form for."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
