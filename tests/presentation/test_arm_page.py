@@ -78,7 +78,7 @@ def test_estimates_have_bands_and_the_truth() -> None:
     assert "true value" in drawn
     assert "error of the estimate" in drawn
     alone = [trace["name"] for trace in plots["estimate-viscous-friction"]["data"]]
-    assert "95 % interval" not in alone  # the controller told no deviation of it
+    assert "95 % interval" not in alone  # the controller has no deviation of it
 
 
 def test_the_film_shows_what_happened() -> None:
@@ -151,7 +151,7 @@ def test_a_controller_without_phases_has_a_page_too() -> None:
     assert "end-1-1" in plots_of(text)
 
 
-def test_several_runs_are_told_apart() -> None:
+def test_several_runs_have_sections_of_their_own() -> None:
     text = page_of(make_landing(make_arm(), make_arm(number=2))).source
     plots = plots_of(text)
     assert {"motion-1", "motion-2", "series-2-1"} <= set(plots)

@@ -46,7 +46,7 @@ def test_a_page_of_a_log_holds_every_estimator(comparison: EstimatorComparison) 
     assert "Given: " not in body
 
 
-def test_what_was_known_is_told(comparison: EstimatorComparison) -> None:
+def test_known_values_are_stated(comparison: EstimatorComparison) -> None:
     task = EstimationTask(inertia=1.5)
     found = compare_log(comparison.log, task=task, only=("energy", "gradient"))
     text = page_of(found).source

@@ -30,7 +30,7 @@ def controller(step):
     return SimpleNamespace(init=lambda: (0.0,), step=step)
 
 
-def test_a_controller_sees_late_and_noisy_samples_only():
+def test_a_controller_gets_delayed_and_noisy_samples_only():
     seen = []
 
     def step(state, sample):

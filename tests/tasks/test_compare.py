@@ -88,7 +88,7 @@ def test_runs_are_the_same_every_time_and_differ_from_each_other(tmp_path: Path)
     assert score.rmse > abs(score.bias)
 
 
-def test_no_bound_is_told_where_a_force_disturbs(tmp_path: Path) -> None:
+def test_no_bound_where_a_force_disturbs(tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     path.write_text(ASYMMETRIC.replace("[sensors]", "disturbance = 0.1\n[sensors]"))
     calls: list[tuple[int, int]] = []
@@ -105,7 +105,7 @@ def test_no_bound_is_told_where_a_force_disturbs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
+def test_the_delay_of_an_effort_is_estimated(tmp_path: Path) -> None:
     plain, late = tmp_path / "plain.toml", tmp_path / "late.toml"
     effort = 4.0 * np.sin(0.02 * np.arange(1000)) + 3.0 * np.sin(0.05 * np.arange(1000))
     write_effort(effort, 0.004, tmp_path / "sent.csv", kind="linear")

@@ -95,7 +95,7 @@ class PulseSeries:
 
     @cached_property
     def states(self) -> Float[np.ndarray, "samples 4"]:
-        """Positions and velocities of mass 1 and of mass 2, in columns, shape (n+1, 4)."""
+        """Position and velocity of masses 1 and 2 [m or rad, m/s or rad/s], shape (n+1, 4)."""
         columns = (self.position, self.velocity, self.load_position, self.load_velocity)
         states = np.column_stack(columns)
         states.flags.writeable = False

@@ -142,17 +142,11 @@ def simulate_sensitivity(
         Trajectory(motion.commanded_effort, np.stack(rows), motion.event_time, motion.event_mode),
         out,
     )
-    if not plant.flexible:
-        return MotionSensitivity(motion=motion, names=names, position=out[:, 0], velocity=out[:, 1])
-    _from_distances(out, slopes.shape[1] + FRICTION_COLUMNS)
-    return MotionSensitivity(
-        motion=motion,
-        names=names,
-        position=out[:, 0],
-        velocity=out[:, 1],
-        load_position=out[:, 2],
-        load_velocity=out[:, 3],
-    )
+    if plant.flexible:
+        _from_distances(out, slopes.shape[1] + FRICTION_COLUMNS)
+    signals = ("position", "velocity", "load_position", "load_velocity")
+    derivatives = {name: out[:, k] for k, name in enumerate(signals[:s])}
+    return MotionSensitivity(motion=motion, names=names, **derivatives)
 
 
 def _from_distances(out: Float[np.ndarray, "n 4 p"], first: int) -> None:

@@ -76,7 +76,7 @@ def test_friction_delay_and_gain_are_those_of_the_drive(delay: float, gain: floa
     assert fit.friction[1] == pytest.approx(0.1, rel=0.02)
 
 
-def test_a_series_without_friction_teaches_nothing() -> None:
+def test_nothing_is_learned_from_a_series_without_friction() -> None:
     seen = integrated(EFFORT + 0.3, 0.0, 1.0)  # a force drives mass 1, more than friction brakes it
     first = DriveFit.first(0.15, 0.1, np.diag([0.01, 0.25]))
     assert first.after(series(EFFORT, seen), LIMIT) is first

@@ -11,6 +11,7 @@ from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.checks import check_fields
 from stickslip.control.hardware.recording import Recording
 from stickslip.control.hardware.stop import (
     Output,
@@ -124,16 +125,14 @@ class LoopSettings:
     settled: float | None = quantity_field("time", default=None)
 
     def __post_init__(self) -> None:
-        for name, unit in (("sampling_time", "s"), ("duration", "s"), ("effort", "N or N m")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        units = {"sampling_time": "s", "duration": "s", "effort": "N or N m"}
+        check_fields(self, positive, units)
         low, high = map(float, self.travel)
         if not low < high:
             raise InputError("travel_range", low=low, high=high, unit="m or rad")
-        if self.speed is not None:
-            positive("speed", self.speed, "m/s or rad/s")
+        check_fields(self, positive, {"speed": "m/s or rad/s"})
         whole("max_lost", self.max_lost)
-        if self.settled is not None:
-            non_negative("settled", self.settled, "s")
+        check_fields(self, non_negative, {"settled": "s"})
         if self.watchdog is not None and not self.watchdog >= 2.0 * self.sampling_time:
             raise InputError(
                 "watchdog_too_short", value=self.watchdog, sampling_time=self.sampling_time

@@ -7,13 +7,6 @@ import numpy as np
 
 from stickslip.records import AxisKind, AxisLog, SensorSample
 
-_CHANNELS = (
-    "measured_position",
-    "measured_velocity",
-    "measured_load_position",
-    "measured_load_velocity",
-)
-
 
 @dataclass
 class Recording:
@@ -66,11 +59,8 @@ class Recording:
             If there are fewer than two samples with a position.
         """
         kept = [k for k, each in enumerate(self.samples) if isfinite(each.measured_position)]
-        columns = [
-            np.array([getattr(self.samples[k], channel) for k in kept]) for channel in _CHANNELS
-        ]
         after = [*kept[1:], None]
-        position, *others = columns
+        position, *others = np.array([self.samples[k][1:] for k in kept]).reshape(-1, 4).T
         velocity, load_position, load_velocity = (
             values if np.all(np.isfinite(values)) else None for values in others
         )

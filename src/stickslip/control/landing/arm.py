@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.checks import check_fields
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.linear_parts import PD, Notch
 from stickslip.control.feedback.reference import Move
@@ -155,13 +156,9 @@ class LandingController(ArmPlans):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        uncertainty = non_negative("arm_uncertainty", self.arm_uncertainty, "(no unit)")
-        object.__setattr__(self, "arm_uncertainty", uncertainty)
-        if self.longest_series is not None:
-            limit = positive("longest_series", self.longest_series, "s")
-            object.__setattr__(self, "longest_series", limit)
-        planning = non_negative("planning_time", self.planning_time, "s")
-        object.__setattr__(self, "planning_time", planning)
+        check_fields(self, non_negative, {"arm_uncertainty": "(no unit)"})
+        check_fields(self, positive, {"longest_series": "s"})
+        check_fields(self, non_negative, {"planning_time": "s"})
         self._check_effort(max(self.arm.friction.breakaway()) + abs(self.arm.friction.offset))
         if self.experience is not None:
             check_learned(self.experience, self.kind)

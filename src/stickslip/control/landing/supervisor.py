@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.base import Phase, PositionController
+from stickslip.control.checks import check_fields
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.friction_compensation import (
     FrictionCompensation,
@@ -129,17 +130,14 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     _left: ClassVar[float] = 0.0  # share of the travel that feedback leaves to the pulses
 
     def __post_init__(self) -> None:
-        for name, check in (
-            ("sampling_time", positive),
-            ("tolerance", positive),
-            ("effort_limit", positive),
-            ("position_noise", non_negative),
-            ("velocity_noise", non_negative),
-        ):
-            unit = self.__dataclass_fields__[name].metadata["quantity"].unit(self.kind)
-            object.__setattr__(self, name, check(name, getattr(self, name), unit))
-        if self.wait_limit is not None:
-            object.__setattr__(self, "wait_limit", positive("wait_limit", self.wait_limit, "s"))
+        position, velocity, effort = (
+            unit_of(quantity, self.kind) for quantity in ("position", "velocity", "effort")
+        )
+        check_fields(
+            self, positive, {"sampling_time": "s", "tolerance": position, "effort_limit": effort}
+        )
+        check_fields(self, non_negative, {"position_noise": position, "velocity_noise": velocity})
+        check_fields(self, positive, {"wait_limit": "s"})
         self._check_target(self.target)
 
     @property
