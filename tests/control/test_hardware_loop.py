@@ -117,7 +117,7 @@ def test_efforts_are_played_and_recorded_as_they_were() -> None:
     assert set(axis.written[50:]) == {0.0}
 
 
-def test_a_late_effort_and_one_at_a_lost_sample_are_in_the_log() -> None:
+def test_a_delayed_effort_and_one_at_a_lost_sample_are_in_the_log() -> None:
     """The mean of what acted, by the integral over the instants of writing."""
     clock = Stepped()
 

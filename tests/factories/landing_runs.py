@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.control import Supervisor
+from stickslip.control import PlannedBeside, Supervisor
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import Plant
 from stickslip.records import SensorSample
@@ -40,6 +40,22 @@ class Pilot:
         if self.targets and sample.time >= self.targets[0][0] - self.sampling_time / 2:
             state = self.landing.retargeted(state, self.targets.pop(0)[1])
         return self.landing.step(state, sample)
+
+
+class Waited:
+    """A loop in which every plan beside it is there after some samples."""
+
+    def __init__(self, landing: PlannedBeside, samples: int = 1) -> None:
+        self.init = landing.init
+        self._landing, self._samples, self._waited = landing, samples, 0
+
+    def step(self, state: Any, sample: SensorSample) -> Any:
+        pending = self._landing._pending
+        self._waited += bool(pending)
+        if state.request is not None and self._waited % self._samples == 0:
+            for each in pending.values():
+                each.result()
+        return self._landing.step(state, sample)
 
 
 def fly(

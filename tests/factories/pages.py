@@ -12,6 +12,9 @@ from typing import Any
 
 import pytest
 
+from stickslip.presentation import results
+from stickslip.presentation.page import rendered
+
 MOST_BYTES = 1_500_000
 """Size of a page; the drawing library is 0.53 MB of it."""
 
@@ -85,3 +88,8 @@ class Page(html.parser.HTMLParser):
 
     def plots(self) -> dict[str, Any]:
         return plots_of(self.source)
+
+
+def page_of(result: results.Result) -> Page:
+    """Return the page of a result, read back."""
+    return Page(rendered(results.page_of(result)))

@@ -8,6 +8,12 @@ from stickslip.tasks import position, write_json
 
 Run = Callable[..., Positioning]
 
+AXIS = "mass = 150.0\ncoulomb_friction = 100.0\nviscous_friction = 700.0\nstatic_friction = 130.0"
+ARM = (
+    "mass = 1.0\nload_mass = 1.0\nstiffness = 1.0\ncoulomb_friction = 0.15\n"
+    "viscous_friction = 0.1\nstatic_friction = 0.18"
+)
+
 
 def positioned(
     folder: Path,

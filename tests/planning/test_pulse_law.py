@@ -21,9 +21,7 @@ from stickslip.simulation import simulate
 TABLE_1 = PulseLaw(
     mass=150.0, coulomb_friction=100.0, viscous_friction=700.0, static_friction=130.0
 )
-WITHOUT_VISCOSITY = PulseLaw(
-    mass=150.0, coulomb_friction=100.0, viscous_friction=0.0, static_friction=130.0
-)
+WITHOUT_VISCOSITY = replace(TABLE_1, viscous_friction=0.0)
 ROUNDING = 1e-14  # relative: some tens of units in the last place, of sums of positive terms
 INVERTED = 1e-11  # relative: rounding times the condition of the inverse, up to a thousand
 NEAR_ZERO = 1e-12  # relative: the simulator's own, on displacements of a micrometre
@@ -59,12 +57,9 @@ def test_displacement_is_equation_3(m: float, F: float, ratio: float, z: float, 
 @given(masses, coulombs, ratios, widths)
 def test_without_viscosity_it_is_equation_2(m: float, F: float, ratio: float, t: float) -> None:
     law = PulseLaw(mass=m, coulomb_friction=F, viscous_friction=0.0)
-    assert float(law.displacement(F * ratio, t)) == pytest.approx(
-        float(printed(law, F * ratio, t)), rel=ROUNDING * 10
-    )
-    assert law.gain(F * ratio) * t * t == pytest.approx(
-        float(law.displacement(F * ratio, t)), rel=ROUNDING * 10
-    )
+    d, exact = float(law.displacement(F * ratio, t)), float(printed(law, F * ratio, t))
+    assert d == pytest.approx(exact, rel=ROUNDING * 10)
+    assert law.gain(F * ratio) * t * t == pytest.approx(d, rel=ROUNDING * 10)
 
 
 @given(masses, coulombs, ratios, swiftness, widths)
@@ -173,23 +168,9 @@ def test_arrays_are_broadcast() -> None:
         (lambda: TABLE_1.effort_for(0.01, width=0.0), "not_positive", "width"),
         (lambda: TABLE_1.displacement("a", 1.0), "not_numbers", "effort"),
         (lambda: TABLE_1.gain(np.nan), "not_finite", "effort"),
-        (
-            lambda: PulseLaw(mass=0.0, coulomb_friction=1.0, viscous_friction=0.0),
-            "not_positive",
-            "mass",
-        ),
-        (
-            lambda: PulseLaw(mass=1.0, coulomb_friction=0.0, viscous_friction=0.0),
-            "not_positive",
-            "coulomb_friction",
-        ),
-        (
-            lambda: PulseLaw(
-                mass=1.0, coulomb_friction=2.0, viscous_friction=0.0, static_friction=1.0
-            ),
-            "static_below_coulomb",
-            "static_friction",
-        ),
+        (lambda: replace(TABLE_1, mass=0.0), "not_positive", "mass"),
+        (lambda: replace(TABLE_1, coulomb_friction=0.0), "not_positive", "coulomb_friction"),
+        (lambda: replace(TABLE_1, static_friction=99.0), "static_below_coulomb", "static_friction"),
     ],
 )
 def test_bad_input_is_named(call, code: str, name: str) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from laws import uneven
-from pulse_series import ARM, LAW, REST, State, ends, with_friction
+from pulse_series import ARM, LAW, REST, State, ends, final_state, with_friction
 from refusals import refuses
 
 from stickslip.friction import CoulombViscousFriction
@@ -99,20 +99,8 @@ def test_each_series_leaves_a_small_part_of_what_it_had_to_go() -> None:
     state, error = REST, 1.0
     for _ in range(2):
         series = PLANNER.plan(state, 1.0)
-        motion = simulate(
-            true,
-            np.append(series.effort, np.zeros(20)),
-            sampling_time=0.05,
-            initial_state=state,
-        )
-        assert motion.load_position is not None
-        assert motion.load_velocity is not None
-        state = (
-            float(motion.position[-1]),
-            float(motion.velocity[-1]),
-            float(motion.load_position[-1]),
-            float(motion.load_velocity[-1]),
-        )
+        effort = np.append(series.effort, np.zeros(20))
+        state = final_state(simulate(true, effort, sampling_time=0.05, initial_state=state))
         before, error = error, abs(state[0] - 1.0)
         assert error < 0.01 * before
 

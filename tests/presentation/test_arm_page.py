@@ -3,23 +3,17 @@
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from pages import MOST_BYTES, plots_of
+from pages import MOST_BYTES, page_of, plots_of
 from results import make_arm, make_landing
 
-from stickslip.presentation import write_report
-from stickslip.records import Ending, Positioning
+from stickslip.records import Ending
 
 MOST_FILM = 200_000  # of what the film shows, however long the run
 MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
-
-
-def written(result: Positioning, folder: Path) -> str:
-    return write_report(result, folder / "arm.html").read_text(encoding="utf-8")
 
 
 def data(text: str, anchor: str) -> Any:
@@ -28,8 +22,8 @@ def data(text: str, anchor: str) -> Any:
     return json.loads(found[1])
 
 
-def test_everything_of_an_arm_is_on_the_page(tmp_path: Path) -> None:
-    text = written(make_landing(), tmp_path)
+def test_everything_of_an_arm_is_on_the_page() -> None:
+    text = page_of(make_landing()).source
     assert len(text) < MOST_BYTES
     for word in (
         "flexible arm, linear",
@@ -65,8 +59,8 @@ def test_everything_of_an_arm_is_on_the_page(tmp_path: Path) -> None:
         assert f'id="{anchor}"' in text
 
 
-def test_the_motion_lies_on_its_phases(tmp_path: Path) -> None:
-    motion = plots_of(written(make_landing(), tmp_path))["motion-1"]
+def test_the_motion_lies_on_its_phases() -> None:
+    motion = plots_of(page_of(make_landing()).source)["motion-1"]
     names = [trace["name"] for trace in motion["data"]]
     assert {"mass 1", "mass 2", "target", "tolerance", "effort"} == set(names)
     shades = motion["layout"]["shapes"]
@@ -77,19 +71,19 @@ def test_the_motion_lies_on_its_phases(tmp_path: Path) -> None:
     assert motion["layout"]["xaxis"]["range"][1] == pytest.approx(1.15 * 16.0)
 
 
-def test_estimates_have_bands_and_the_truth(tmp_path: Path) -> None:
-    plots = plots_of(written(make_landing(), tmp_path))
+def test_estimates_have_bands_and_the_truth() -> None:
+    plots = plots_of(page_of(make_landing()).source)
     drawn = [trace["name"] for trace in plots["estimate-coulomb-friction"]["data"]]
     assert "95 % interval" in drawn
     assert "true value" in drawn
     assert "error of the estimate" in drawn
     alone = [trace["name"] for trace in plots["estimate-viscous-friction"]["data"]]
-    assert "95 % interval" not in alone  # the controller told no deviation of it
+    assert "95 % interval" not in alone  # the controller has no deviation of it
 
 
-def test_the_film_shows_what_happened(tmp_path: Path) -> None:
+def test_the_film_shows_what_happened() -> None:
     result = make_landing()
-    text = written(result, tmp_path)
+    text = page_of(result).source
     film = data(text, "film")
     run = result.runs[0]
     assert run.arm is not None
@@ -117,8 +111,8 @@ def test_the_film_shows_what_happened(tmp_path: Path) -> None:
     assert text.count('aria-label="to phase') == 4
 
 
-def test_the_gauge_is_of_powers_of_ten(tmp_path: Path) -> None:
-    film = data(written(make_landing(), tmp_path), "film")
+def test_the_gauge_is_of_powers_of_ten() -> None:
+    film = data(page_of(make_landing()).source, "film")
     arm = make_arm().arm
     assert arm is not None
     gauge = np.array(film["gauge"])
@@ -131,9 +125,9 @@ def test_the_gauge_is_of_powers_of_ten(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("moves", [1, 40])
-def test_a_long_task_stays_a_page(moves: int, tmp_path: Path) -> None:
+def test_a_long_task_stays_a_page(moves: int) -> None:
     result = make_landing(make_arm(samples=60_000, moves=moves, series=60))
-    text = written(result, tmp_path)
+    text = page_of(result).source
     assert len(text) < MOST_BYTES
     assert len(json.dumps(data(text, "film"))) < MOST_FILM
     plots = plots_of(text)
@@ -145,10 +139,10 @@ def test_a_long_task_stays_a_page(moves: int, tmp_path: Path) -> None:
     assert "more series" in text
 
 
-def test_a_controller_without_phases_has_a_page_too(tmp_path: Path) -> None:
+def test_a_controller_without_phases_has_a_page_too() -> None:
     run = make_arm(phases=False, sensed=False)
     move = replace(run.moves[0], ending=Ending.SWINGING, settling_time=None)
-    text = written(replace(make_landing(run), runs=(replace(run, moves=(move,)),)), tmp_path)
+    text = page_of(replace(make_landing(run), runs=(replace(run, moves=(move,)),))).source
     assert "Mass 1 rests within the tolerance" in text
     assert "Series of pulses" not in text
     assert "Shaded are the phases" not in text
@@ -157,8 +151,8 @@ def test_a_controller_without_phases_has_a_page_too(tmp_path: Path) -> None:
     assert "end-1-1" in plots_of(text)
 
 
-def test_several_runs_are_told_apart(tmp_path: Path) -> None:
-    text = written(make_landing(make_arm(), make_arm(number=2)), tmp_path)
+def test_several_runs_have_sections_of_their_own() -> None:
+    text = page_of(make_landing(make_arm(), make_arm(number=2))).source
     plots = plots_of(text)
     assert {"motion-1", "motion-2", "series-2-1"} <= set(plots)
     assert "Run 2: target reached" in text
@@ -167,7 +161,7 @@ def test_several_runs_are_told_apart(tmp_path: Path) -> None:
     assert times[-1] == pytest.approx(60.0)  # one run after the other
 
 
-def test_an_arm_that_stays_is_drawn_too(tmp_path: Path) -> None:
+def test_an_arm_that_stays_is_drawn_too() -> None:
     run = make_arm()
     assert run.arm is not None
     still = np.zeros_like(run.time)
@@ -181,5 +175,5 @@ def test_an_arm_that_stays_is_drawn_too(tmp_path: Path) -> None:
         series=(),
     )
     held = replace(run, arm=arm, phases=(), error=arm.error, effort=np.zeros_like(run.effort))
-    film = data(written(make_landing(held), tmp_path), "film")
+    film = data(page_of(make_landing(held)).source, "film")
     assert set(film["position"]) == {0.0}

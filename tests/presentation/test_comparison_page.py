@@ -2,13 +2,13 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from pages import page_of
 from results import study
 
-from stickslip import EstimationTask, write_report
+from stickslip import EstimationTask
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import (
@@ -32,10 +32,8 @@ def comparison() -> EstimatorComparison:
     return compare_log(log, only=only)
 
 
-def test_a_page_of_a_log_holds_every_estimator(
-    comparison: EstimatorComparison, tmp_path: Path
-) -> None:
-    text = write_report(comparison, tmp_path / "page.html").read_text(encoding="utf-8")
+def test_a_page_of_a_log_holds_every_estimator(comparison: EstimatorComparison) -> None:
+    text = page_of(comparison).source
     assert "<h1>a &lt;b&gt; stage</h1>" in text
     for name in ("energy", "idim-ls", "gradient"):
         assert f'id="motion-{name}"' in text
@@ -48,15 +46,15 @@ def test_a_page_of_a_log_holds_every_estimator(
     assert "Given: " not in body
 
 
-def test_what_was_known_is_told(comparison: EstimatorComparison, tmp_path: Path) -> None:
+def test_known_values_are_stated(comparison: EstimatorComparison) -> None:
     task = EstimationTask(inertia=1.5)
     found = compare_log(comparison.log, task=task, only=("energy", "gradient"))
-    text = write_report(found, tmp_path / "page.html").read_text(encoding="utf-8")
+    text = page_of(found).source
     assert "Given: mass 1.5 kg." in text
 
 
-def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:
-    text = write_report(study(), tmp_path / "page.html").read_text(encoding="utf-8")
+def test_a_page_of_a_scenario_holds_its_scores() -> None:
+    text = page_of(study()).source
     for words in (
         "a &lt;b&gt; scenario",
         "Mass: 2 kg; Cramér-Rao bound 0.5 %",
@@ -72,16 +70,14 @@ def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:
         assert words in text
 
 
-def test_what_cannot_be_trusted_is_said_first(tmp_path: Path) -> None:
+def test_what_cannot_be_trusted_is_said_first() -> None:
     scores = (EstimatorScore(name="energy", why_not="nothing moves"),)
-    text = write_report(study(scores=scores), tmp_path / "page.html").read_text()
+    text = page_of(study(scores=scores)).source
     assert "None of the estimates can be trusted" in text
 
 
-def test_contradictory_results_are_on_the_page(
-    comparison: EstimatorComparison, tmp_path: Path
-) -> None:
-    plain = write_report(comparison, tmp_path / "plain.html").read_text()
+def test_contradictory_results_are_on_the_page(comparison: EstimatorComparison) -> None:
+    plain = page_of(comparison).source
     assert ("Contradictory results" in plain) == bool(comparison.contradictions)
     energy = comparison.compared[0]
     assert energy.estimate is not None
@@ -90,7 +86,7 @@ def test_contradictory_results_are_on_the_page(
     estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": moved})
     other = replace(energy, name="idim-ls", estimate=estimate)
     found = replace(comparison, compared=(energy, other))
-    text = write_report(found, tmp_path / "contradictory.html").read_text()
+    text = page_of(found).source
     assert "Contradictory results: at least one method is wrong." in text
     assert "idim-ls 9.000 ± 0.1" in text
     assert "Some of these contradict each other." in text

@@ -1,25 +1,19 @@
 """The page of a positioning task holds everything it shows, however many pulses and runs."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from pages import MOST_BYTES, Page
+from pages import MOST_BYTES, page_of
 from results import NAME, make, make_run
 
-from stickslip.presentation import write_report
-from stickslip.records import Ending, LandingPhase, Positioning
+from stickslip.records import Ending, LandingPhase
 
 MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
 
 
-def page_of(positioning: Positioning, folder: Path) -> Page:
-    return Page(write_report(positioning, folder / "page.html"))
-
-
-def test_everything_of_a_run_is_on_the_page(tmp_path: Path) -> None:
-    page = page_of(make(), tmp_path)
+def test_everything_of_a_run_is_on_the_page() -> None:
+    page = page_of(make())
     for words in (
         NAME, "Target reached", "−1.23\u00a0µm", "20.0\u00a0µm", "310\u00a0ms", "300\u00a0N",
         "300\u00a0N for 30.0\u00a0ms, −120\u00a0N for 10.0\u00a0ms", "10.0\u00a0mm",
@@ -38,15 +32,15 @@ def test_everything_of_a_run_is_on_the_page(tmp_path: Path) -> None:
     }
 
 
-def test_what_is_drawn_is_what_was_recorded(tmp_path: Path) -> None:
+def test_what_is_drawn_is_what_was_recorded() -> None:
     run = make_run(1)
-    traces = page_of(make(run), tmp_path).plots()["motion-1"]["data"]
+    traces = page_of(make(run)).plots()["motion-1"]["data"]
     true = next(trace for trace in traces if trace["name"] == "error, true")
     np.testing.assert_allclose(true["y"], 1e3 * run.error, rtol=1e-6)
     effort = next(trace for trace in traces if trace["name"] == "effort")
     held = np.interp(run.time[:-1] + 1e-9, effort["x"], np.arange(len(effort["x"])))
     np.testing.assert_allclose(np.array(effort["y"])[held.astype(int)], run.effort)
-    pairs = page_of(make(run), tmp_path).plots()["pulse-pairs"]["data"]
+    pairs = page_of(make(run)).plots()["pulse-pairs"]["data"]
     ahead = next(trace for trace in pairs if trace["name"] == "forward pulse")
     moved = [pulse for pulse in run.pulses if pulse.moved]
     np.testing.assert_allclose(
@@ -55,14 +49,14 @@ def test_what_is_drawn_is_what_was_recorded(tmp_path: Path) -> None:
     assert ahead["text"][1] == "run 1, pulse 3"
 
 
-def test_ideal_sensors_draw_no_second_line(tmp_path: Path) -> None:
+def test_ideal_sensors_draw_no_second_line() -> None:
     for sensed in (True, False):
-        traces = page_of(make(make_run(1, sensed=sensed)), tmp_path).plots()["motion-1"]["data"]
+        traces = page_of(make(make_run(1, sensed=sensed))).plots()["motion-1"]["data"]
         assert any(trace["name"] == "error, measured" for trace in traces) is sensed
 
 
-def test_a_rotary_axis_has_its_own_units(tmp_path: Path) -> None:
-    page = page_of(make(kind="rotary"), tmp_path)
+def test_a_rotary_axis_has_its_own_units() -> None:
+    page = page_of(make(kind="rotary"))
     titles = page.plots()["motion-1"]["layout"]
     assert titles["yaxis"]["title"]["text"] == "error [mrad]"
     assert titles["yaxis2"]["title"]["text"] == "magnified [µrad]"
@@ -70,8 +64,8 @@ def test_a_rotary_axis_has_its_own_units(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", list(Ending))
-def test_the_verdict_names_the_ending(ending: Ending, tmp_path: Path) -> None:
-    page = page_of(make(make_run(1, ending=ending)), tmp_path)
+def test_the_verdict_names_the_ending(ending: Ending) -> None:
+    page = page_of(make(make_run(1, ending=ending)))
     assert ending.word in page.text
     # Of a controller's own reason, and of method exact that hunts, the remedy is another
     own = {Ending.STOPPED, Ending.HUNTING}
@@ -82,9 +76,9 @@ def test_the_verdict_names_the_ending(ending: Ending, tmp_path: Path) -> None:
     assert ("stopped, as nothing <helps>; widen" in page.text) is (ending is Ending.STOPPED)
 
 
-def test_several_runs_are_there_and_the_middle_ones_are_folded(tmp_path: Path) -> None:
+def test_several_runs_are_there_and_the_middle_ones_are_folded() -> None:
     runs = [make_run(k, count=7 - k) for k in range(1, 5)]
-    page = page_of(make(*runs), tmp_path)
+    page = page_of(make(*runs))
     assert [tag for tag, _ in page.tags].count("details") == 4  # motion and pulses of runs 2 and 3
     for k in range(1, 5):
         assert f"motion-{k}" in page.plots()
@@ -95,22 +89,22 @@ def test_several_runs_are_there_and_the_middle_ones_are_folded(tmp_path: Path) -
     assert len(page.plots()["estimate-mass"]["layout"]["shapes"]) == 3
 
 
-def test_moves_have_a_table(tmp_path: Path) -> None:
-    page = page_of(make(make_run(1, moves=3)), tmp_path)
+def test_moves_have_a_table() -> None:
+    page = page_of(make(make_run(1, moves=3)))
     assert page.text.count("✓ target reached") == 3
     assert "At each new target the error jumps" in page.text
 
 
-def test_a_controller_without_pulses_has_no_section_of_them(tmp_path: Path) -> None:
+def test_a_controller_without_pulses_has_no_section_of_them() -> None:
     run = replace(make_run(1), estimates={}, estimate_time=np.empty(0))
     moves = tuple(replace(move, pulses=()) for move in run.moves)
-    page = page_of(replace(make(replace(run, moves=moves)), learned=None), tmp_path)
+    page = page_of(replace(make(replace(run, moves=moves)), learned=None))
     assert set(page.plots()) == {"motion-1"}
     links = [given["href"] for tag, given in page.tags if tag == "a"]
     assert links == ["#motion", "#scenario"]
 
 
-def test_a_landing_shows_its_phases_and_its_estimates_over_time(tmp_path: Path) -> None:
+def test_a_landing_shows_its_phases_and_its_estimates_over_time() -> None:
     run = make_run(1, samples=400)
     end = float(run.time[-1])
     phases = (
@@ -120,7 +114,7 @@ def test_a_landing_shows_its_phases_and_its_estimates_over_time(tmp_path: Path) 
     )
     deviations = {"mass": np.full(run.estimate_time.size, 2.0)}
     landed = replace(run, phases=phases, deviations=deviations)
-    page = page_of(replace(make(landed), method="landing"), tmp_path)
+    page = page_of(replace(make(landed), method="landing"))
     for words in ("the target is <new>", "Why it began", "Shaded are the phases", "over time"):
         assert words in page.text, words
     motion = page.plots()["motion-1"]["layout"]
@@ -135,18 +129,18 @@ def test_a_landing_shows_its_phases_and_its_estimates_over_time(tmp_path: Path) 
     assert "pulse-pairs" in page.plots()
 
 
-def test_a_run_without_a_known_pulse_can_be_shown(tmp_path: Path) -> None:
-    page = page_of(make(make_run(1, count=0, ending=Ending.UNDER_WAY)), tmp_path)
+def test_a_run_without_a_known_pulse_can_be_shown() -> None:
+    page = page_of(make(make_run(1, count=0, ending=Ending.UNDER_WAY)))
     assert "No pulse of this run has ended." in page.text
     assert "pulse-pairs" not in page.plots()
 
 
-def test_long_runs_with_hundreds_of_pulses_stay_small(tmp_path: Path) -> None:
+def test_long_runs_with_hundreds_of_pulses_stay_small() -> None:
     runs = [
         make_run(k, count=800, samples=60_000, ending=Ending.HUNTING, moves=1) for k in range(1, 31)
     ]
-    page = page_of(make(*runs), tmp_path)
-    assert (tmp_path / "page.html").stat().st_size < MOST_BYTES
+    page = page_of(make(*runs))
+    assert len(page.source.encode()) < MOST_BYTES
     plots = page.plots()
     motions = [anchor for anchor in plots if anchor.startswith("motion-")]
     assert len(motions) == 8

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pages import MOST_BYTES, Page, browsed
+from pages import MOST_BYTES, Page, browsed, page_of
 
 from stickslip.presentation import write_report
 from stickslip.presentation.page import packed_plotly
@@ -31,10 +31,6 @@ FIGURES = (
 MOST_POINTS = 6100  # a closed band of 2 x 2000 points, or a cloud of 3000, with room
 
 
-def page_of(identification: Identification, folder: Path) -> Page:
-    return Page(write_report(identification, folder / "report.html"))
-
-
 def changed(found: Identification, **changes: Any) -> Identification:
     """Return an identification whose estimate, or the diagnostics of which, are others."""
     own = {key: changes[key] for key in changes if hasattr(found.estimate, key)}
@@ -43,15 +39,13 @@ def changed(found: Identification, **changes: Any) -> Identification:
     return replace(found, estimate=replace(found.estimate, diagnostics=diagnostics, **own))
 
 
-def test_axes_are_labelled_with_the_units_of_the_axis_kind(
-    identification: Identification, tmp_path: Path
-) -> None:
-    plots = page_of(identification, tmp_path).plots()
+def test_axes_are_labelled_with_the_units_of_the_axis_kind(identification: Identification) -> None:
+    plots = page_of(identification).plots()
     assert tuple(plots) == FIGURES
     assert plots["curve-plot"]["layout"]["xaxis"]["title"]["text"] == "velocity <i>v</i> [m/s]"
     log = replace(identification.log, kind="rotary")
     rotary = replace(changed(identification, kind="rotary"), log=log)
-    plots = page_of(rotary, tmp_path).plots()
+    plots = page_of(rotary).plots()
     for plot in plots.values():
         for key, axis in plot["layout"].items():
             if key.startswith(("xaxis", "yaxis")):
@@ -60,33 +54,29 @@ def test_axes_are_labelled_with_the_units_of_the_axis_kind(
                 )
 
 
-def test_names_cannot_become_part_of_the_page(
-    make: Callable[..., Identification], tmp_path: Path
-) -> None:
+def test_names_cannot_become_part_of_the_page(make: Callable[..., Identification]) -> None:
     nasty = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
     good = make(name=nasty)
     provenance = replace(
         good.estimate.provenance, files=(nasty,), assumptions=(nasty,), options={nasty: nasty}
     )
-    page = page_of(changed(good, notes=(nasty,), provenance=provenance), tmp_path)
+    page = page_of(changed(good, notes=(nasty,), provenance=provenance))
     assert page.text.count(nasty) == 7  # title, heading, note, file, assumption, option and value
     assert not [tag for tag, _ in page.tags if tag == "img"]
     assert sum(tag == "script" for tag, _ in page.tags) == 3
 
 
 def test_the_table_shows_values_intervals_truth_and_verdicts(
-    identification: Identification, tmp_path: Path
+    identification: Identification,
 ) -> None:
-    text = page_of(identification, tmp_path).text
+    text = page_of(identification).text
     for words in ("Mass m", "2.005", "1.981 to 2.028", "kg", "+0.24%", "✓ identified"):
         assert words in text
     assert "−0.1984" in text
 
 
-def test_without_truth_no_true_value_is_claimed(
-    make: Callable[..., Identification], tmp_path: Path
-) -> None:
-    page = page_of(make(with_truth=False), tmp_path)
+def test_without_truth_no_true_value_is_claimed(make: Callable[..., Identification]) -> None:
+    page = page_of(make(with_truth=False))
     assert "true value" not in page.text.lower()
     assert all(
         trace["name"] != "true value" for plot in page.plots().values() for trace in plot["data"]
@@ -94,9 +84,9 @@ def test_without_truth_no_true_value_is_claimed(
 
 
 def test_an_estimate_that_failed_says_so_first_and_draws_what_was_recorded(
-    doubtful: Identification, tmp_path: Path
+    doubtful: Identification,
 ) -> None:
-    page = page_of(doubtful, tmp_path)
+    page = page_of(doubtful)
     (recorded,) = page.plots().values()
     log = doubtful.log
     assert log.measured_velocity is not None
@@ -112,25 +102,23 @@ def test_an_estimate_that_failed_says_so_first_and_draws_what_was_recorded(
     assert "Not drawn" in page.text
 
 
-def test_reasons_and_notes_are_said_in_words(doubtful: Identification, tmp_path: Path) -> None:
+def test_reasons_and_notes_are_said_in_words(doubtful: Identification) -> None:
     verdicts = tuple(
         replace(each, reason="it looks like coulomb_friction_negative")
         for each in doubtful.estimate.diagnostics.verdicts
     )
     noted = changed(doubtful, verdicts=verdicts, notes=("viscous_friction was hard",))
-    text = page_of(noted, tmp_path).text
+    text = page_of(noted).text
     assert "not identified: it looks like Coulomb friction (backward)" in text
     assert "viscous friction was hard" in text
     assert "coulomb_friction" not in text
 
 
-def test_a_value_that_cannot_be_is_not_called_identified(
-    identification: Identification, tmp_path: Path
-) -> None:
+def test_a_value_that_cannot_be_is_not_called_identified(identification: Identification) -> None:
     parameters = dict(identification.estimate.parameters)
     parameters["mass"] = replace(parameters["mass"], value=-2.0, ci95=(-2.1, -1.9))
     negative = changed(identification, parameters=parameters, status=Status.UNPHYSICAL)
-    text = page_of(negative, tmp_path).text
+    text = page_of(negative).text
     assert "✓ identified" not in text
     assert text.count("not to be used") == 3
     assert text.count("unphysical: it cannot be negative") == 1
@@ -138,19 +126,17 @@ def test_a_value_that_cannot_be_is_not_called_identified(
 
 @pytest.mark.parametrize("status", list(Status))
 def test_a_page_of_every_status_is_headed_by_its_word(
-    status: Status, identification: Identification, tmp_path: Path
+    status: Status, identification: Identification
 ) -> None:
-    text = page_of(changed(identification, status=status), tmp_path).text
+    text = page_of(changed(identification, status=status)).text
     assert status.word in text
     assert status.text in text
 
 
-def test_without_an_offset_none_is_spoken_of(
-    identification: Identification, tmp_path: Path
-) -> None:
+def test_without_an_offset_none_is_spoken_of(identification: Identification) -> None:
     parameters = dict(identification.estimate.parameters)
     curve = "curve-plot"
-    with_it = page_of(identification, tmp_path).plots()[curve]
+    with_it = page_of(identification).plots()[curve]
     assert with_it["data"][-1]["name"] == "fitted law with offset"
     del parameters["offset"]
     assert identification.evolution is not None
@@ -160,14 +146,12 @@ def test_without_an_offset_none_is_spoken_of(
         stds={key: identification.evolution.stds[key] for key in parameters},
     )
     without = replace(changed(identification, parameters=parameters), evolution=evolution)
-    plot = page_of(without, tmp_path).plots()[curve]
+    plot = page_of(without).plots()[curve]
     assert plot["data"][-1]["name"] == "fitted law"
     assert plot["layout"]["yaxis"]["title"]["text"] == "friction [N]"
 
 
-def test_the_evolution_ends_at_the_interval_of_the_table(
-    identification: Identification, tmp_path: Path
-) -> None:
+def test_the_evolution_ends_at_the_interval_of_the_table(identification: Identification) -> None:
     wide = 2.5  # standard deviations, as of Student's t with few degrees of freedom
     parameters = {
         key: replace(each, ci95=(each.value - wide * each.std, each.value + wide * each.std))
@@ -181,7 +165,7 @@ def test_the_evolution_ends_at_the_interval_of_the_table(
     }
     evolution = replace(identification.evolution, stds=stds)
     found = replace(changed(identification, parameters=parameters), evolution=evolution)
-    plots = page_of(found, tmp_path).plots()
+    plots = page_of(found).plots()
     for key, parameter in parameters.items():
         band = plots[f"evolution-{key.replace('_', '-')}"]["data"][0]
         last = max(band["x"])
@@ -191,19 +175,17 @@ def test_the_evolution_ends_at_the_interval_of_the_table(
         assert max(ends) - min(ends) == pytest.approx(width, rel=1e-4)
 
 
-def test_small_jitter_keeps_its_digits(identification: Identification, tmp_path: Path) -> None:
+def test_small_jitter_keeps_its_digits(identification: Identification) -> None:
     time = identification.log.time.copy()
     time[5] += 2.4e-5 * identification.log.sampling_time
     log = replace(identification.log, time=time)
-    text = page_of(replace(identification, log=log), tmp_path).text
+    text = page_of(replace(identification, log=log)).text
     assert "jitter at most 0.0024 % of it" in text
 
 
-def test_figures_of_merit_that_do_not_exist_are_said_in_words(
-    doubtful: Identification, tmp_path: Path
-) -> None:
+def test_figures_of_merit_that_do_not_exist_are_said_in_words(doubtful: Identification) -> None:
     bare = changed(doubtful, relative_residual=float("nan"), condition_number=float("inf"))
-    text = page_of(bare, tmp_path).text
+    text = page_of(bare).text
     assert "Unexplainednot available" in text
     assert "Condition numberinfinite" in text
 
@@ -225,12 +207,12 @@ def test_large_logs_are_thinned_for_drawing_and_keep_their_extremes(
     assert "of 300000 points is drawn" in page.text
 
 
-def test_nan_in_a_figure_becomes_a_gap(identification: Identification, tmp_path: Path) -> None:
+def test_nan_in_a_figure_becomes_a_gap(identification: Identification) -> None:
     assert identification.evolution is not None
     values = {key: each.copy() for key, each in identification.evolution.values.items()}
     values["mass"][:100] = np.nan
     evolution = replace(identification.evolution, values=values)
-    plots = page_of(replace(identification, evolution=evolution), tmp_path).plots()
+    plots = page_of(replace(identification, evolution=evolution)).plots()
     estimate = next(t for t in plots["evolution-mass"]["data"] if t["name"] == "estimate")
     assert estimate["y"][:100] == [None] * 100
     assert None not in estimate["y"][100:]

@@ -1,4 +1,4 @@
-"""What an estimate's file tells whoever begins with it."""
+"""First guesses from the file of an estimate."""
 
 import json
 from pathlib import Path

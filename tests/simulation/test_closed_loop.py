@@ -19,6 +19,9 @@ NOISY = Sensors(position_noise=1e-3, velocity_noise=1e-2, encoder_step=1e-4, del
 DIFFERENCES = Sensors(encoder_step=1e-4, velocity="differences", delay=1, load=False)
 
 
+both_loops = pytest.mark.parametrize("make", [compiled(cached=False), lambda step: step])
+
+
 def pd_step(state, sample):
     return state, 2.0 * (0.5 - sample.measured_position) - 1.5 * sample.measured_velocity
 
@@ -27,7 +30,7 @@ def controller(step):
     return SimpleNamespace(init=lambda: (0.0,), step=step)
 
 
-def test_a_controller_sees_late_and_noisy_samples_only():
+def test_a_controller_gets_delayed_and_noisy_samples_only():
     seen = []
 
     def step(state, sample):
@@ -36,7 +39,7 @@ def test_a_controller_sees_late_and_noisy_samples_only():
 
     run = simulate_closed_loop(
         ARM,
-        SimpleNamespace(init=lambda: 0, step=step),
+        controller(step),
         sampling_time=0.01,
         samples=50,
         sensors=NOISY,
@@ -58,14 +61,13 @@ def test_without_a_load_sensor_the_channel_is_nan():
         samples.append(sample)
         return state, 0.0
 
-    which = SimpleNamespace(init=lambda: 0, step=step)
-    simulate_closed_loop(MASS, which, sampling_time=0.01, samples=3)
-    simulate_closed_loop(ARM, which, sampling_time=0.01, samples=3, sensors=DIFFERENCES)
+    simulate_closed_loop(MASS, controller(step), sampling_time=0.01, samples=3)
+    simulate_closed_loop(ARM, controller(step), sampling_time=0.01, samples=3, sensors=DIFFERENCES)
     assert np.isnan([sample.measured_load_position for sample in samples]).all()
     assert np.isnan([sample.measured_load_velocity for sample in samples]).all()
 
 
-@pytest.mark.parametrize("make", [compiled(cached=False), lambda step: step])
+@both_loops
 def test_an_effort_that_is_not_finite_is_an_error_with_its_time(make):
     def step(state, sample):
         return state, np.inf if sample.time > 0.045 else 0.0
@@ -75,7 +77,7 @@ def test_an_effort_that_is_not_finite_is_an_error_with_its_time(make):
 
 
 @pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
-@pytest.mark.parametrize("make", [compiled(cached=False), lambda step: step])
+@both_loops
 def test_a_motion_that_overflows_is_an_error_with_its_sample(plant, make):
     def step(state, sample):
         return state, 1e308
@@ -84,7 +86,7 @@ def test_a_motion_that_overflows_is_an_error_with_its_sample(plant, make):
         simulate_closed_loop(plant, controller(make(step)), sampling_time=100.0, samples=10)
 
 
-@pytest.mark.parametrize("make", [compiled(cached=False), lambda step: step])
+@both_loops
 def test_too_many_events_are_an_error_with_their_time(make):
     free = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1e4, friction=free)

@@ -46,7 +46,7 @@ def test_a_double_crossing_is_seen_although_the_ends_agree_in_sign(gap):
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6])
-def test_a_near_miss_is_no_zero_and_its_distance_is_told(gap):
+def test_a_near_miss_is_no_zero_and_its_distance_is_returned(gap):
     q = np.array([0.3**2 + gap**2, -0.6, 1.0])  # least at 0.3, where it is gap^2
     root, dip = find(q)
     assert root == 2.0

@@ -61,9 +61,8 @@ def test_a_velocity_that_just_touches_zero_is_flagged():
 
 
 def test_a_load_swing_that_just_reaches_the_static_friction_is_flagged():
-    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=STICKY)
-    close = simulate(arm, [0.0, 0.0], sampling_time=4.0, initial_state=(0.0, 0.0, 0.0, 0.2))
-    clear = simulate(arm, [0.0, 0.0], sampling_time=4.0, initial_state=(0.0, 0.0, 0.0, 0.19))
+    close = simulate(ARM, [0.0, 0.0], sampling_time=4.0, initial_state=(0.0, 0.0, 0.0, 0.2))
+    clear = simulate(ARM, [0.0, 0.0], sampling_time=4.0, initial_state=(0.0, 0.0, 0.0, 0.19))
     assert close.any_grazing
     assert not clear.any_grazing
     assert clear.event_count == 0
@@ -87,15 +86,13 @@ def test_more_events_than_samples_are_all_kept():
 
 
 def test_what_is_simulated_cannot_be_altered():
-    motion = simulate(SingleMass(mass=1.0, friction=STICKY), [1.0, 0.0], sampling_time=0.1)
+    motion = simulate(MASS, [1.0, 0.0], sampling_time=0.1)
     with pytest.raises(ValueError, match="read-only"):
         motion.position[0] = 1.0
 
 
 def test_an_effort_of_no_samples_is_the_initial_state():
-    motion = simulate(
-        SingleMass(mass=1.0, friction=STICKY), [], sampling_time=0.1, initial_state=(0.5, 0.1)
-    )
+    motion = simulate(MASS, [], sampling_time=0.1, initial_state=(0.5, 0.1))
     assert motion.position.tolist() == [0.5]
     assert motion.stuck.tolist() == [False]
 
@@ -112,10 +109,8 @@ def test_an_effort_of_no_samples_is_the_initial_state():
     ],
 )
 def test_refuses_bad_input(options, code):
-    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=STICKY)
-    arguments = {"commanded_effort": [0.0], "sampling_time": 0.1} | options
     with refuses(code):
-        simulate(arm, **arguments)
+        simulate(ARM, **{"commanded_effort": [0.0], "sampling_time": 0.1} | options)
 
 
 @pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])

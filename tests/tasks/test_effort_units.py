@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from axis_logs import axis_log
+from pages import page_of
 
-from stickslip.presentation import write_report
 from stickslip.records import QUANTITIES, InputError, LogSource, unit_of
 from stickslip.tasks import compare_log, identify
 
@@ -38,20 +38,20 @@ def test_values_are_those_of_the_fit_in_si(torque_log):
     assert other.to_dict()["provenance"]["effort_unit"] == "A"
 
 
-def test_a_report_in_ampere_names_no_newton(torque_log, tmp_path):
+def test_a_report_in_ampere_names_no_newton(torque_log):
     found = identify(replace(torque_log, effort_unit="A"))
-    text = write_report(found, tmp_path / "r.html").read_text()
+    text = page_of(found).source
     text = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
     assert "A s²/rad" in text
     assert not re.search(r"\bN[ \u00a0]m\b|\bkg\b|\d J\b", text)
 
 
-def test_a_comparison_in_ampere_names_no_newton(torque_log, tmp_path):
+def test_a_comparison_in_ampere_names_no_newton(torque_log):
     found = compare_log(replace(torque_log, effort_unit="A"), only=("energy", "idim-ls"))
     for each in found.applied:
         assert each.estimate is not None
         assert each.estimate.parameters["inertia"].unit == "A s^2/rad"
-    text = write_report(found, tmp_path / "r.html").read_text()
+    text = page_of(found).source
     text = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
     assert not re.search(r"\bN[ \u00a0]m\b|\bkg\b", text)
 
@@ -84,11 +84,11 @@ def test_no_quantity_keeps_a_newton():
             assert not re.search(r"\bN\b|\bkg\b|\bJ\b", unit_of(name, kind, "A")), name
 
 
-def test_the_side_of_the_gear_is_stated(torque_log, tmp_path):
+def test_the_side_of_the_gear_is_stated(torque_log):
     source = LogSource(files=(), sha256="", side="joint")
     found = identify(replace(torque_log, source=source))
     assert found.to_dict()["provenance"]["side"] == "joint"
-    text = write_report(found, tmp_path / "r.html").read_text()
+    text = page_of(found).source
     assert "The values refer to the joint side of the gear." in text
 
 

@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from refusals import refuses
-from scenario_runs import Run, positioned
+from scenario_runs import AXIS, Run, positioned
 
 from stickslip.records import Ending, InputError, PositioningOutcome
 from stickslip.tasks import position, read_scenario
 from stickslip.tasks.positioning.judging import ending, reversals, settling_time
 
-AXIS = "mass = 150.0\ncoulomb_friction = 100.0\nviscous_friction = 700.0\nstatic_friction = 130.0"
 GUESS = "mass = 150.0\ncoulomb_friction = 80.0"
 FULLER = f"{GUESS}\nviscous_friction = 500.0"
 TASK = "target = 0.01\ntolerance = 2e-5\nduration = 2.0\nsampling_time = 0.01"

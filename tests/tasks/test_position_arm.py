@@ -7,7 +7,7 @@ from math import hypot
 import numpy as np
 import pytest
 from refusals import refuses
-from scenario_runs import Run, positioned
+from scenario_runs import ARM, Run, positioned
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
@@ -15,10 +15,6 @@ from stickslip.records import Ending, Positioning, PositioningOutcome
 from stickslip.simulation import simulate
 from stickslip.tasks.positioning.judging import arm_ending
 
-AXIS = (
-    "mass = 1.0\nload_mass = 1.0\nstiffness = 1.0\ncoulomb_friction = 0.15\n"
-    "viscous_friction = 0.1\nstatic_friction = 0.18"
-)
 TASK = "target = 1.0\ntolerance = 1e-5\nduration = 36.0\nsampling_time = 0.02"
 LANDING = "landing"
 T = 0.02
@@ -30,7 +26,7 @@ ROUNDING = 1e-9  # of a motion of 1 m simulated twice, by another division into 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     folder = tmp_path_factory.mktemp("arms")
-    return partial(positioned, folder, axis=AXIS, task=TASK, limit=1.0)
+    return partial(positioned, folder, axis=ARM, task=TASK, limit=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +156,7 @@ def test_wrong_guess_of_masses_and_spring(run: Run) -> None:
 
 
 def test_rotary_arm(run: Run) -> None:
-    axis = 'kind = "rotary"\n' + AXIS.replace("mass", "inertia")
+    axis = 'kind = "rotary"\n' + ARM.replace("mass", "inertia")
     result = run(LANDING, axis=axis, task=TASK.replace("36.0", "5.0"))
     assert result.scenario["axis"]["load_inertia"] == (1.0, "kg m^2")
     assert result.scenario["axis"]["stiffness"] == (1.0, "N m/rad")
@@ -195,7 +191,7 @@ def test_too_long_a_sampling_time(run: Run) -> None:
 
 def test_note_on_an_offset_that_is_not_guessed(run: Run) -> None:
     short = TASK.replace("36.0", "0.4")
-    axis = AXIS + "\noffset = 0.02"
+    axis = ARM + "\noffset = 0.02"
     assert any(
         "Give offset in [guess]" in note for note in run(LANDING, axis=axis, task=short).notes
     )

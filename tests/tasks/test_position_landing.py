@@ -6,17 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenario_runs import Run, positioned
+from scenario_runs import ARM, AXIS, Run, positioned
 
 from stickslip.records import Ending, Positioning
 
-AXIS = "mass = 150.0\ncoulomb_friction = 100.0\nviscous_friction = 700.0\nstatic_friction = 130.0"
 TASK = "targets = [0.3, 0.1]\ntolerance = 1e-5\nduration = 4.0\nsampling_time = 0.01"
 GUESS = "mass = 150.0\ncoulomb_friction = 50.0\nviscous_friction = 350.0"
-ARM = (
-    "mass = 1.0\nload_mass = 1.0\nstiffness = 1.0\ncoulomb_friction = 0.15\n"
-    "viscous_friction = 0.1\nstatic_friction = 0.18"
-)
 ARM_TASK = "target = 1.0\ntolerance = 1e-5\nduration = 44.0\nsampling_time = 0.02"
 WRONG = "mass = 1.02\nload_mass = 0.99\nstiffness = 1.01\ncoulomb_friction = 0.1"
 

@@ -32,7 +32,7 @@ Constants = tuple[float, float, float, float, float, float]  # m1, m2, ks, c, d,
 
 
 class LoadLosses(NamedTuple):
-    """What brakes mass 2 of an arm beside the spring's force."""
+    """Losses of mass 2 of an arm beside the spring's force."""
 
     damping: float = 0.0  #: Of the spring [N s/m or N m s/rad].
     coulomb_friction: float = 0.0  #: Of mass 2 [N or N m].

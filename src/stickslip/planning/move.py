@@ -242,7 +242,7 @@ class Move:
         """Return about the fewest pulses that do, in a few blocks and unproven.
 
         How far one gets is about a power of the time: 2 for a rigid arm, and more for a short move
-        of a flexible one, so that the last two trials tell which.
+        of a flexible one, so that the last two trials give it.
         """
         power, before, reached = 2.0, 0, 0.0
         low, high = self.fewest - 1, most + 1  # what seemed too few, and enough

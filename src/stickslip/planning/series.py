@@ -93,6 +93,14 @@ class PulseSeries:
         time.flags.writeable = False
         return time
 
+    @cached_property
+    def states(self) -> Float[np.ndarray, "samples 4"]:
+        """Position and velocity of masses 1 and 2 [m or rad, m/s or rad/s], shape (n+1, 4)."""
+        columns = (self.position, self.velocity, self.load_position, self.load_velocity)
+        states = np.column_stack(columns)
+        states.flags.writeable = False
+        return states
+
     @property
     def duration(self) -> float:
         """From the begin of the first pulse to the end of the last [s]."""
@@ -154,10 +162,10 @@ class PulseSeriesPlanner:
         By which share the time may exceed the shortest one, where the number of pulses is not given
         [-]. With 0.1, and a wide impulse gap, a plan takes a fifth of the work that it takes with
         0. The work of a search is bounded: where that is not enough for a proof, a series may be
-        longer, and `PulseSeries.least_duration` says what is proven of the shortest time.
+        longer, and `PulseSeries.least_duration` is what is proven of the shortest time.
     impulse_gap
         By which share the impulse may exceed the least one [-]. Very near to the shortest time
-        less may be proven; `PulseSeries.least_impulse` says what is.
+        less may be proven; `PulseSeries.least_impulse` is what is proven.
     rest_on_the_way
         Whether mass 1 shall rest where it would only creep while mass 2 swings over, as it does in
         most series of about the shortest time. Held by static friction it does not gather the
@@ -367,9 +375,9 @@ class PulseSeriesPlanner:
 
 
 def _refusal(move: Move, pulses: int, *, at_most: bool, kind: AxisKind) -> NoPulseSeriesError:
-    """Return the error that says which limit, lifted alone, would allow a series.
+    """Return the error that names the limit which, lifted alone, would allow a series.
 
-    ``at_most`` says whether fewer pulses would have done.
+    ``at_most`` is whether fewer pulses would have done.
     """
     effort: float | None = None
     if pulses < FEWEST_PULSES:

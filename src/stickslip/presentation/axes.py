@@ -45,17 +45,12 @@ def axes_table(found: AxesIdentification) -> Table:
         columns.append(Column(label, short=short))
     validated = any(each.validation is not None for _, each in every)
     explained = any(each.residuals is not None for _, each in every)
-    if explained:
-        columns.append(Column("Unexplained effort", short="unex-\nplained"))
-    if validated:
-        columns.append(Column("Error of prediction", short="error on\nother log"))
+    columns += [Column("Unexplained effort", short="unex-\nplained")] * explained
+    columns += [Column("Error of prediction", short="error on\nother log")] * validated
     rows: list[list[str | Cell]] = []
     for axis, each in every:
         status = each.estimate.status
-        row: list[str | Cell] = [
-            axis,
-            Cell(status.word, "good" if status.trusted else "bad"),
-        ]
+        row: list[str | Cell] = [axis, Cell(status.word, "good" if status.trusted else "bad")]
         for name in names:
             parameter = each.estimate.parameters.get(name)
             text = NONE if parameter is None else value_with_half(parameter)
@@ -63,11 +58,9 @@ def axes_table(found: AxesIdentification) -> Table:
                 text = f"{text} {unit_text(parameter.unit)}"
             row.append(text)
         share = None if each.residuals is None else each.residuals.share
-        if explained:
-            row.append(or_none(share, lambda value: f"{value:.2%}"))
-        if validated:
-            error = None if each.validation is None else each.validation.error
-            row.append(or_none(error, lambda value: f"{value:.2%}"))
+        error = None if each.validation is None else each.validation.error
+        row += [or_none(share, "{:.2%}".format)] * explained
+        row += [or_none(error, "{:.2%}".format)] * validated
         rows.append(row)
     for axis in found.unread:
         cells = [NONE] * (len(columns) - 2)

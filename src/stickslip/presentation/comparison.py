@@ -419,16 +419,15 @@ def _bars(
     if truth is not None:
         low, high = min(low, truth), max(high, truth)
         shapes.append(draw.vertical(truth, dash="dash", width=1.2, colour=draw.GREY))
-    margin = _MARGIN * (high - low) or 0.05 * abs(high) or 1.0
     order = [bar.name for bar in bars][::-1]
-    said = ", ".join(f"{bar.name} {bar.value:.4g}" for bar in bars)
+    values = ", ".join(f"{bar.name} {bar.value:.4g}" for bar in bars)
     return Plot(
         anchor=f"estimates-{name.replace('_', '-')}",
-        alternative=f"{label} by estimator: {said}.",
+        alternative=f"{label} by estimator: {values}.",
         caption=f"Out of the picture: {', '.join(far)}." if far else "",
         traces=traces,
         layout=layout(
-            x=axis(title, range=[low - margin, high + margin]),
+            x=axis(title, **draw.range_of([low, high], room=_MARGIN)),
             y=[axis("", type="category", categoryorder="array", categoryarray=order)],
             hovermode="closest",
             shapes=shapes,

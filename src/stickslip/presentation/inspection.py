@@ -7,6 +7,7 @@ from stickslip.presentation.words import NONE, or_none, prefixed, share_text
 from stickslip.records import AxisProposal, Inspection, LogColumn, parameter_label, unit_text
 
 _REPEATED = 0.01  # smallest share of the samples at an extreme that is shown [-]
+_LARGE = 1e6  # value from which on all digits of a whole number are shown [unit of the column]
 
 
 def column_table(found: Inspection) -> Table:
@@ -32,9 +33,6 @@ def column_table(found: Inspection) -> Table:
 def _number(value: float) -> str:
     # Large values are mostly time stamps and encoder counts, whose last digits matter
     return f"{value:.6g}" if abs(value) < _LARGE else f"{value:.9g}"
-
-
-_LARGE = 1e6
 
 
 def _remarks(column: LogColumn) -> str:

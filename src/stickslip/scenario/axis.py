@@ -119,7 +119,7 @@ def coulomb_viscous(
 class Axis(Body):
     """The axis of any law. With a load and a spring it is a flexible arm."""
 
-    shows_defaults: ClassVar[bool] = False
+    shows_defaults = False
     title: ClassVar[str]  # the law in words
     bristles: ClassVar[bool] = False  # on which nothing rests exactly
     needs: ClassVar[tuple[str, ...]] = ("coulomb_friction", "viscous_friction")  # no default
@@ -149,7 +149,7 @@ class Axis(Body):
         return self.load is not None or self.stiffness is not None
 
     def friction(self) -> CoulombViscousFriction:
-        """Return Coulomb, viscous and static friction and offset: all that controllers know."""
+        """Return Coulomb, viscous and static friction and offset, the law of controllers."""
         pairs = {name: pair for name in DIRECTIONAL if (pair := self.sides(name)) is not None}
         return coulomb_viscous(pairs, self.offset or 0.0, self.kind)
 
@@ -180,7 +180,7 @@ class Axis(Body):
         return values | {"offset": law.offset}
 
     def notes(self) -> tuple[str, ...]:
-        """Return notes for the user on a law that controllers do not know."""
+        """Return notes for the user on a law other than that of controllers."""
         if self.law == "coulomb":
             return ()
         return (
@@ -192,7 +192,7 @@ class Axis(Body):
 class CoulombAxis(Axis):
     """Coulomb and viscous friction."""
 
-    title: ClassVar[str] = "Coulomb and viscous friction"
+    title = "Coulomb and viscous friction"
 
 
 class _FallingAxis(Axis):
@@ -215,8 +215,8 @@ class _FallingAxis(Axis):
 class StribeckAxis(_FallingAxis):
     """Coulomb, viscous and static friction, joined by the Stribeck effect."""
 
-    title: ClassVar[str] = "Stribeck friction"
-    needs: ClassVar[tuple[str, ...]] = DIRECTIONAL
+    title = "Stribeck friction"
+    needs = DIRECTIONAL
 
     def friction_law(self) -> FrictionLaw:
         return self.sliding()
@@ -225,7 +225,7 @@ class StribeckAxis(_FallingAxis):
 class _BristleAxis(Axis):
     """A law with bristles."""
 
-    bristles: ClassVar[bool] = True
+    bristles = True
     bristle_stiffness: float = required("$\\sigma_0$ of the bristles", "stiffness")
 
     def _check_law(self) -> None:
@@ -246,7 +246,7 @@ class _BristleAxis(Axis):
 class DahlAxis(_BristleAxis):
     """Dahl's law: bristles, and no peak above Coulomb friction."""
 
-    title: ClassVar[str] = "the friction of Dahl"
+    title = "the friction of Dahl"
 
     def _check_law(self) -> None:
         super()._check_law()
@@ -260,7 +260,7 @@ class DahlAxis(_BristleAxis):
 class LuGreAxis(_BristleAxis, _FallingAxis):
     """LuGre friction: bristles and the Stribeck effect."""
 
-    title: ClassVar[str] = "LuGre friction"
+    title = "LuGre friction"
     bristle_damping: float = required("$\\sigma_1$ of the bristles", "viscous_friction")
 
     def friction_law(self) -> FrictionLaw:
@@ -274,7 +274,7 @@ class LuGreAxis(_BristleAxis, _FallingAxis):
 class ElastoPlasticAxis(LuGreAxis):
     """Elasto-plastic friction: LuGre whose bristles do not slip below a deflection."""
 
-    title: ClassVar[str] = "elasto-plastic friction"
+    title = "elasto-plastic friction"
     elastic_deflection: float = required(
         "deflection below which the bristles do not slip", "position"
     )

@@ -6,7 +6,6 @@ import math
 from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -74,7 +73,7 @@ class InputTable(Table):
 class SineInput(InputTable):
     """A sum of sines."""
 
-    alternative: ClassVar[str] = "file"
+    alternative = "file"
 
     amplitudes: tuple[float, ...] = required("of the sines", "effort")
     frequencies: tuple[float, ...] = required("of the sines, one each", ("Hz", "Hz"))

@@ -178,7 +178,7 @@ def _refusal(
     kind: AxisKind,
 ) -> InputError:
     faults = error.errors()
-    # A name that is mistyped is also missing: the one that is there says more
+    # A mistyped name is also a missing one: the name that is there is of more help
     fault = next((each for each in faults if each["type"] == "extra_forbidden"), faults[0])
     own = fault.get("ctx", {}).get("error")
     if isinstance(own, InputError):

@@ -1,6 +1,7 @@
 """``[task]`` and ``[sensors]``: the targets of the axis, and the measurements of the controller."""
 
 import math
+from itertools import pairwise
 from typing import Any, Literal
 
 from pydantic import model_validator
@@ -61,6 +62,16 @@ class TaskTable(Table):
         if self.targets is not None:
             return self.targets
         return () if self.target is None else (self.target,)
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """The start, then the targets [m or rad]."""
+        return (self.start, *self.all_targets)
+
+    @property
+    def longest_move(self) -> float:
+        """Length of the longest move [m or rad]."""
+        return max(abs(end - start) for start, end in pairwise(self.places))
 
     @property
     def samples(self) -> int:

@@ -40,7 +40,7 @@ class MotionSensitivity:
 
     The motion is a continuous function of the parameters, and its derivative is exact, except where
     an event grazes: with static friction above Coulomb friction the motion then jumps, and a
-    derivative says nothing of that (``motion.grazing`` shows where). A single mass is freed by a
+    derivative does not show that (``motion.grazing`` shows where). A single mass is freed by a
     new effort at the beginning of a sample only; there, too, the motion jumps when static friction
     passes the effort, and is constant between such jumps: its derivatives by static friction are 0.
     """
@@ -142,17 +142,11 @@ def simulate_sensitivity(
         Trajectory(motion.commanded_effort, np.stack(rows), motion.event_time, motion.event_mode),
         out,
     )
-    if not plant.flexible:
-        return MotionSensitivity(motion=motion, names=names, position=out[:, 0], velocity=out[:, 1])
-    _from_distances(out, slopes.shape[1] + FRICTION_COLUMNS)
-    return MotionSensitivity(
-        motion=motion,
-        names=names,
-        position=out[:, 0],
-        velocity=out[:, 1],
-        load_position=out[:, 2],
-        load_velocity=out[:, 3],
-    )
+    if plant.flexible:
+        _from_distances(out, slopes.shape[1] + FRICTION_COLUMNS)
+    signals = ("position", "velocity", "load_position", "load_velocity")
+    derivatives = {name: out[:, k] for k, name in enumerate(signals[:s])}
+    return MotionSensitivity(motion=motion, names=names, **derivatives)
 
 
 def _from_distances(out: Float[np.ndarray, "n 4 p"], first: int) -> None:

@@ -36,7 +36,7 @@ def measure_one(
 def measure_all(
     settings: Settings, delay: int, x: Vector, v: Vector, noise_x: Vector, noise_v: Vector
 ) -> tuple[Vector, Vector]:
-    """Return the samples of a whole run, shape (n+1,) each, late by ``delay`` samples.
+    """Return the samples of a whole run, shape (n+1,) each, with a delay in samples.
 
     At time 0 a velocity from differences is 0: the axis is taken to have been there before.
     """
@@ -69,8 +69,8 @@ class Sensors:
 
     A position sample is the true position plus Gaussian noise, rounded to the encoder's step. The
     velocity is either measured (with noise of its own) or the difference of the last two position
-    samples over the sampling time. Every channel is late by whole samples; until its first sample
-    is there it shows that of time 0.
+    samples over the sampling time. Every channel has a delay of whole samples; until its first
+    sample is there it shows that of time 0.
 
     Attributes
     ----------

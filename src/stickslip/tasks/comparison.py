@@ -167,15 +167,16 @@ def _timed(
 
     If the first fit is short, the time is that of a second one: the first also loads compiled code.
     """
-    begun = time.perf_counter()
-    found = _fitted(name, task, energy_inertia, log)
-    seconds = time.perf_counter() - begun
+
+    def timed() -> tuple[_Fitted, float]:
+        begun = time.perf_counter()
+        return _fitted(name, task, energy_inertia, log), time.perf_counter() - begun
+
+    found, seconds = timed()
     if found.estimate is None:
         return found, 0.0
     if seconds < _LONG_FIT:
-        begun = time.perf_counter()
-        found = _fitted(name, task, energy_inertia, log)
-        seconds = time.perf_counter() - begun
+        found, seconds = timed()
     return found, seconds / len(log)
 
 

@@ -339,7 +339,7 @@ def effort_lag(log: AxisLog) -> tuple[float | None, float | None]:
     if curvature <= 0.0:
         return None, None
     offset = 0.5 * float(left[best - 1] - left[best + 1]) / curvature
-    # The held effort of a sample acts half a step later than its stamp
+    # The held effort of a sample acts half a step after its stamp
     lag = (float(shifts[best]) + offset - 0.5) * step
     least = max(float(left[best]) - 0.5 * curvature * offset**2, 0.0)
     independent = inside.size / length

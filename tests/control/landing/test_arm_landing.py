@@ -228,7 +228,7 @@ def test_it_stops_with_a_reason_when_the_masses_are_wrong() -> None:
     assert max(left(run, 1.0)) < 0.2  # graceful: a fifth of the move for a tenth of the mass
 
 
-def test_a_breakaway_believed_too_low_is_raised() -> None:
+def test_a_breakaway_assumed_too_low_is_raised() -> None:
     guess = CoulombViscousFriction.symmetric(
         coulomb_friction=0.1, viscous_friction=0.1, static_friction=0.15
     )

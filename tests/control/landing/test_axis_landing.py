@@ -116,7 +116,7 @@ def test_random_axes_land_with_noise() -> None:
         )
         run = fly(axis, landing, seconds=5.0, noise=(noise, 10.0 * noise), seed=k)
         reached = landing.outcome(run.controller_state) is PositioningOutcome.REACHED
-        # The rest is told to a third of a deviation or so
+        # The place of rest is known to a third of a deviation or so
         error = abs(run.motion.position[-1] - way)
         landed += reached and error <= (DEVIATIONS + 1.0) * noise
     assert landed >= MOST
@@ -137,7 +137,7 @@ def test_the_estimate_goes_on_and_pulses_begin_with_it() -> None:
     assert landing.why(state) is None
 
 
-def test_what_was_learned_is_that_of_the_pulses_and_is_gone_on_from() -> None:
+def test_learned_values_are_those_of_the_pulses_and_are_resumed() -> None:
     landing = controller()
     state = fly(AXIS, landing, seconds=6.0).controller_state
     learned = LearnedPulses.from_dict(landing.learned(state).to_dict())

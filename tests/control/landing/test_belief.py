@@ -1,4 +1,4 @@
-"""What is believed of an arm, after a series that was simulated exactly."""
+"""The estimate of an arm after a series that was simulated exactly."""
 
 from dataclasses import replace
 from typing import Any
@@ -23,7 +23,7 @@ UNCERTAINTY = 0.02
 POSITION_NOISE, VELOCITY_NOISE = 1e-4, 1e-3
 # A fit of numbers with 1e-8 of the way as their error, through half a dozen digits of conditioning
 EXACT = 1e-7
-CHANGED = 1e-6  # as exact, with a first belief that holds against it
+CHANGED = 1e-6  # as exact, with a first estimate that holds against it
 TRIALS = 40
 SURELY = 1e-5  # of one run in 100 000 a statistic of as many trials is beyond its bound
 
@@ -43,7 +43,7 @@ def flown(
     arm: FlexibleArm = ARM,
     expected: np.ndarray | None = None,
 ) -> FlightLog:
-    """Return the log of a series on the true arm; the swing at its begin is told as it was."""
+    """Return the log of a series on the true arm; the swing at its begin is the true one."""
     force = effort() if force is None else force
     begin = tuple(way * each for each in start)
     motion = simulate(arm, way * force, sampling_time=T, initial_state=begin)
@@ -68,7 +68,7 @@ def flown(
 
 
 def belief(generator: np.random.Generator | None = None, **settings: Any) -> ArmBelief:
-    """Return a first belief, drawn from what it says of itself or off in every value."""
+    """Return a first estimate, drawn from its own covariance or off in every value."""
     spread = np.array([1.0, 1.0, 1.0, 6.0, 6.0]) * UNCERTAINTY
     off = np.array([1.0, -1.0, 1.0, 2.0, -3.0]) * UNCERTAINTY
     if generator is not None:
@@ -88,7 +88,7 @@ def found(after: ArmBelief) -> np.ndarray:
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_an_exact_series_tells_all_five(way: float) -> None:
+def test_an_exact_series_determines_all_five(way: float) -> None:
     after = belief().after(flown(way=way))
     np.testing.assert_allclose(found(after), TRUTH, rtol=EXACT)
     assert np.sqrt(np.diag(after.covariance)).max() < 1e-3 * UNCERTAINTY
@@ -103,8 +103,8 @@ def test_a_swing_that_was_fitted_with_wrong_masses_is_corrected_too() -> None:
 
 
 @pytest.mark.slow
-def test_with_noise_it_is_off_as_far_as_it_says() -> None:
-    """The sum of squares, each over what the belief says of it, is that of its freedom."""
+def test_with_noise_the_errors_agree_with_the_covariance() -> None:
+    """The sum of squares over the stated covariance is chi-squared distributed."""
     generator = np.random.default_rng(11)
     total, shrunk = 0.0, []
     for _ in range(TRIALS):
@@ -117,7 +117,7 @@ def test_with_noise_it_is_off_as_far_as_it_says() -> None:
     assert np.all(np.mean(shrunk, axis=0)[:3] < 0.5 * UNCERTAINTY)
 
 
-def test_a_series_too_short_to_tell_changes_nothing() -> None:
+def test_a_series_too_short_changes_nothing() -> None:
     before = belief()
     assert before.after(flown(force=effort()[:7])) is before
     held = replace(flown(force=np.full(60, 0.1), start=(0.0, 0.0, 0.0, 0.0)))
@@ -125,7 +125,7 @@ def test_a_series_too_short_to_tell_changes_nothing() -> None:
     assert before.after(held) is before
 
 
-def test_a_mass_that_sticks_on_the_way_tells_as_much_as_it_slipped() -> None:
+def test_a_mass_that_sticks_on_the_way_is_learned_from_until_then() -> None:
     force = effort()
     force[100:] = 0.0  # mass 1 stops before the end, and what it does then is no free motion
     flight = flown(force=force, start=(0.0, 0.0, 0.0, 0.0))
@@ -134,7 +134,7 @@ def test_a_mass_that_sticks_on_the_way_tells_as_much_as_it_slipped() -> None:
     np.testing.assert_allclose(found(after), TRUTH, rtol=EXACT)
 
 
-def test_a_mass_that_breaks_away_late_teaches_nothing() -> None:
+def test_nothing_is_learned_from_a_mass_that_breaks_away_late() -> None:
     sticky = replace(ARM, friction=replace(LAW, static_friction_positive=0.5))
     expected = simulate(ARM, effort(), sampling_time=T).velocity
     start = (0.0, 0.0, 0.0, 0.0)
@@ -147,7 +147,7 @@ def test_a_mass_that_breaks_away_late_teaches_nothing() -> None:
     assert not noisy.late
 
 
-def test_an_arm_that_was_pushed_teaches_nothing() -> None:
+def test_nothing_is_learned_from_an_arm_that_was_pushed() -> None:
     flight = flown()
     pushed = flight.seen.copy()
     pushed[90:, 0] += 0.3 * T * np.arange(pushed.shape[0] - 90)
@@ -164,14 +164,14 @@ def test_friction_that_has_changed_is_found_by_the_next_series() -> None:
     np.testing.assert_allclose(found(after), wanted, rtol=CHANGED)
 
 
-def test_a_belief_that_is_too_sure_can_still_be_corrected() -> None:
+def test_an_estimate_without_uncertainty_can_still_be_corrected() -> None:
     sure = ArmBelief(arm=ARM, covariance=np.zeros((5, 5)))
     for _ in range(3):
         sure = sure.after(flown())
         assert np.linalg.eigvalsh(sure.covariance)[0] > 0.0
 
 
-def test_a_friction_that_is_not_known_is_said_to_be_so() -> None:
+def test_an_unknown_friction_has_a_large_deviation() -> None:
     first = belief(covariance=np.full((2, 2), np.inf))
     assert np.sqrt(np.diag(first.covariance))[3:].min() > 0.9
     np.testing.assert_allclose(np.sqrt(np.diag(first.covariance))[:3], UNCERTAINTY)
@@ -188,7 +188,7 @@ def learned(**changes: Any) -> LearnedPulses:
     return LearnedPulses(**(usual | changes))
 
 
-def test_what_an_earlier_run_has_learned_is_gone_on_from() -> None:
+def test_values_of_an_earlier_run_are_resumed() -> None:
     again = ArmBelief.resumed(belief().arm, learned())
     np.testing.assert_allclose(found(again), TRUTH, rtol=1e-12)
     assert again.arm.friction.static_friction_positive == 0.2

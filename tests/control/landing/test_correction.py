@@ -188,7 +188,7 @@ def test_no_losses_are_found_where_there_are_none() -> None:
     assert fit.losses == NO_LOSSES
 
 
-def test_too_few_samples_teach_nothing() -> None:
+def test_nothing_is_learned_from_too_few_samples() -> None:
     fit = LoadFit()
     seen = np.ones((10, 4))
     assert fit.after(

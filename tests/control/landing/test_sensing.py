@@ -1,4 +1,4 @@
-"""What sensors of an arm do not show, on a swing in closed form."""
+"""Channels of an arm that are not measured, on a swing in closed form."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_it_is_that_of_the_samples(lag: float) -> None:
     assert estimate(position, velocity) == pytest.approx(lag, rel=5e-3, abs=1e-12)
 
 
-def test_differences_of_an_encoder_are_half_a_sample_late() -> None:
+def test_differences_of_an_encoder_lag_by_half_a_sample() -> None:
     position = STEP * np.round(swing(np.arange(400) * T)[0] / STEP)
     velocity = np.diff(position, prepend=position[0]) / T
     noise = STEP / np.sqrt(12.0), STEP / (T * np.sqrt(6.0))
@@ -58,7 +58,7 @@ def test_noise_is_no_lag() -> None:
     assert sum(found) <= 3  # at three standard deviations 0.3 of 200 are expected
 
 
-def test_positions_become_as_late_as_velocities() -> None:
+def test_positions_get_the_lag_of_velocities() -> None:
     time, lag = np.arange(300) * T, 1.5 * T
     x, _ = swing(time)
     seen = np.column_stack([x, swing(time - lag)[1], x, swing(time - lag)[1]])

@@ -21,7 +21,7 @@ from stickslip.records import PositioningOutcome, SensorSample
 T = 1.0 / 128.0
 LIMIT = 16  # samples that the mass may take to come to rest after the reference
 SETTLED = 5  # samples at rest
-LATE = 80  # samples at rest that an arm's plan waits for beyond the limit
+SMOOTHED = 80  # samples at rest that an arm's plan waits for beyond the limit
 STARTS = [0.0, 4.0]
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=2.0)
 AXIS = AxisLandingController(
@@ -133,7 +133,7 @@ def test_a_new_target_begins_a_phase_with_a_clock_of_its_own(start: float) -> No
 @pytest.mark.parametrize("start", STARTS)
 def test_an_arm_stops_when_its_driven_mass_does_not_come_to_rest(start: float) -> None:
     resting = reference_samples(ARM) + LIMIT
-    stopped = resting + LIMIT + LATE
+    stopped = resting + LIMIT + SMOOTHED
     before, _ = steps(ARM, start, moves, stopped)
     assert [phase.name for phase in before.phases] == ["feedback", "resting"]
     assert before.phase.start == start + resting * T
@@ -145,7 +145,7 @@ def test_an_arm_stops_when_its_driven_mass_does_not_come_to_rest(start: float) -
 @pytest.mark.parametrize("start", STARTS)
 def test_an_arm_plans_with_the_eightieth_sample_of_a_resting_phase(start: float) -> None:
     """The samples at rest of the feedback phase do not count."""
-    planned = reference_samples(ARM) + LATE
+    planned = reference_samples(ARM) + SMOOTHED
     before, _ = steps(ARM, start, rests, planned)
     assert [phase.name for phase in before.phases] == ["feedback", "resting"]
     after, _ = steps(ARM, start, rests, planned + 1)

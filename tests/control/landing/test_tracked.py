@@ -1,11 +1,12 @@
 """Tracked series: what is learned of the drive, the computed load, and landings with faults."""
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 import pytest
-from landing_runs import landing_settings
+from landing_runs import Waited, fly, landing_settings
 from scipy.integrate import solve_ivp
 
 from stickslip.control import TrackedBeside, TrackedLandingController
@@ -21,6 +22,8 @@ LAW = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0
 ARM = FlexibleArm(mass_1=1.2, mass_2=0.8, stiffness=1.5, friction=LAW)
 UNKNOWN = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
 WITHIN = 1e-5  # of a move of 1 m
+EFFORT = np.repeat(np.random.default_rng(3).uniform(0.2, 0.8, 20), 5)
+FIRST = DriveFit.first(0.1, 0.0, np.diag([0.01, 0.25]))
 
 
 def integrated(effort: np.ndarray, delay: float, gain: float) -> np.ndarray:
@@ -59,40 +62,32 @@ def test_a_limit_of_the_drive_is_seen(most: float, noise: float) -> None:
     effort = np.repeat(generator.uniform(0.2, 0.8, 20), 5)
     seen = integrated(np.minimum(effort, most), 0.0, 1.0)
     seen = seen + generator.normal(size=seen.shape) * [0.1 * noise, noise, 0.1 * noise, noise]
-    first = DriveFit.first(0.1, 0.0, np.diag([0.01, 0.25]))
-    found = first.clipped(series(effort, seen, noise), 1.0)
+    found = FIRST.clipped(series(effort, seen, noise), 1.0)
     assert found == pytest.approx(most, abs=0.011)
 
 
 @pytest.mark.parametrize(("delay", "gain"), [(0.0, 1.0), (0.25, 1.03), (1.0, 0.9), (2.0, 1.0)])
 def test_friction_delay_and_gain_are_those_of_the_drive(delay: float, gain: float) -> None:
-    generator = np.random.default_rng(3)
-    effort = np.repeat(generator.uniform(0.2, 0.8, 20), 5)
-    seen = integrated(effort, delay, gain)
-    first = DriveFit.first(0.1, 0.0, np.diag([0.01, 0.25]))
     # The efforts before the first sample were others
-    fit = first.after(series(effort, seen), LIMIT)
+    fit = FIRST.after(series(EFFORT, integrated(EFFORT, delay, gain)), LIMIT)
     assert fit.delay == pytest.approx(delay, abs=0.02)
     assert fit.gain == pytest.approx(gain, rel=0.002)
     assert fit.friction[0] == pytest.approx(0.15, rel=0.01)
     assert fit.friction[1] == pytest.approx(0.1, rel=0.02)
 
 
-def test_a_series_without_friction_teaches_nothing() -> None:
-    effort = np.repeat(np.random.default_rng(3).uniform(0.2, 0.8, 20), 5)
-    seen = integrated(effort + 0.3, 0.0, 1.0)  # a force drives mass 1, more than friction brakes it
+def test_nothing_is_learned_from_a_series_without_friction() -> None:
+    seen = integrated(EFFORT + 0.3, 0.0, 1.0)  # a force drives mass 1, more than friction brakes it
     first = DriveFit.first(0.15, 0.1, np.diag([0.01, 0.25]))
-    assert first.after(series(effort, seen), LIMIT) is first
+    assert first.after(series(EFFORT, seen), LIMIT) is first
 
 
 def test_intervals_of_friction_cover_it_with_noise() -> None:
-    effort = np.repeat(np.random.default_rng(3).uniform(0.2, 0.8, 20), 5)
-    seen = integrated(effort, 0.0, 1.0)
-    first = DriveFit.first(0.1, 0.0, np.diag([0.01, 0.25]))
+    seen = integrated(EFFORT, 0.0, 1.0)
     off = []
     for seed in range(40):
         noise = np.random.default_rng(seed).normal(size=seen.shape) * [1e-5, 1e-3, 1e-5, 1e-3]
-        fit = first.after(series(effort, seen + noise, velocity_noise=1e-3), LIMIT)
+        fit = FIRST.after(series(EFFORT, seen + noise, velocity_noise=1e-3), LIMIT)
         spread = np.sqrt(np.diag(fit.covariance))
         off.append((np.array(fit.friction) - (0.15, 0.1)) / spread)
     # 95 % of the intervals and not much fewer
@@ -110,35 +105,42 @@ def controller(**settings: Any) -> TrackedLandingController:
     return TrackedLandingController(**landing_settings(**(usual | settings)))
 
 
+def without_load(sample: SensorSample) -> SensorSample:
+    return sample._replace(measured_load_position=np.nan, measured_load_velocity=np.nan)
+
+
+def frozen(sample: SensorSample) -> SensorSample:
+    return SensorSample(sample.time, 0.0, 0.0, 0.0, 0.0)
+
+
 def flown(
-    landing: TrackedLandingController,
+    landing: Any,
     seconds: float,
     *,
+    plant: FlexibleArm = ARM,
     delay: int = 0,
+    gain: float = 1.0,
     lost: float = 0.0,
-    load: bool = True,
-    encoder: float = 0.0,
+    seen: Callable[[SensorSample], SensorSample] = lambda sample: sample,
 ) -> tuple[Any, np.ndarray, np.ndarray]:
-    """Return the state of the controller, the states of the arm, and the efforts as sent."""
-    plant = PlantStepper(ARM, sampling_time=T)
-    arm, motion = plant.init(), (0.0, 0.0, 0.0, 0.0)
+    """Return the state of the controller, the states of the arm, and the efforts as sent.
+
+    The drive has a delay in samples and a gain; sensors may turn a true sample into another one.
+    """
+    stepper = PlantStepper(plant, sampling_time=T)
+    arm, motion = stepper.init(), (0.0, 0.0, 0.0, 0.0)
     generator = np.random.default_rng(1)
     state, waiting = landing.init(), [0.0] * delay
     path, sent = [], []
     for k in range(round(seconds / T)):
-        x, v, x2, v2 = motion
-        sample = SensorSample(k * T, x, v, x2 if load else np.nan, v2 if load else np.nan)
-        if encoder > 0.0:  # positions alone
-            place, place_2 = encoder * np.round(np.array((x, x2)) / encoder)
-            sample = SensorSample(k * T, float(place), np.nan, float(place_2), np.nan)
         if generator.uniform() < lost:
             state, effort = landing.blind(state, k * T)
         else:
-            state, effort = landing.step(state, sample)
+            state, effort = landing.step(state, seen(SensorSample(k * T, *motion)))
         effort = 0.0 if np.isnan(effort) else effort
-        waiting.append(effort)
-        arm, motion = plant.step(arm, waiting.pop(0))
-        path.append((x, v, x2, v2))
+        waiting.append(gain * effort)
+        path.append(motion)
+        arm, motion = stepper.step(arm, waiting.pop(0))
         sent.append(effort)
     return state, np.array(path), np.array(sent)
 
@@ -151,10 +153,10 @@ def off(path: np.ndarray, target: float) -> float:
 @pytest.mark.parametrize(
     "faults",
     [
-        {"delay": 2, "load": False},
+        {"delay": 2, "seen": without_load},
         pytest.param({}, marks=pytest.mark.slow),
         pytest.param({"lost": 0.02}, marks=pytest.mark.slow),
-        pytest.param({"load": False}, marks=pytest.mark.slow),
+        pytest.param({"seen": without_load}, marks=pytest.mark.slow),
     ],
     ids=["delay, no load", "none", "lost", "no load"],
 )
@@ -175,7 +177,12 @@ def test_the_arm_lands_by_encoders_alone() -> None:
         position_noise=step / np.sqrt(12.0),
         velocity_noise=step / (np.sqrt(6.0) * T),
     )
-    state, path, _ = flown(landing, 40.0, encoder=step)
+
+    def positions(sample: SensorSample) -> SensorSample:
+        x, x2 = (step * np.round(np.array((sample[1], sample[3])) / step)).tolist()
+        return SensorSample(sample.time, x, np.nan, x2, np.nan)
+
+    state, path, _ = flown(landing, 40.0, seen=positions)
     assert landing.outcome(state) is PositioningOutcome.REACHED
     assert off(path, 1.0) <= 5e-5
     assert state.drive.lag == pytest.approx(0.5, rel=0.02)
@@ -200,16 +207,10 @@ def test_one_series_does_with_friction_known() -> None:
 def test_a_series_whose_motion_is_not_seen_is_stopped() -> None:
     """Sensors that froze while the arm rested: it moves, and nobody sees it."""
     landing = controller(arm=ARM)
-    plant = PlantStepper(ARM, sampling_time=T)
-    arm, motion, state = plant.init(), (0.0, 0.0, 0.0, 0.0), landing.init()
-    farthest = 0.0
-    for k in range(round(20.0 / T)):
-        state, effort = landing.step(state, SensorSample(k * T, 0.0, 0.0, 0.0, 0.0))
-        arm, motion = plant.step(arm, effort)
-        farthest = max(farthest, abs(motion[0]))
+    state, path, _ = flown(landing, 20.0, seen=frozen)
     assert landing.outcome(state) is PositioningOutcome.STOPPED
     assert "its sensor" in str(landing.why(state))
-    assert 0.0 < farthest < 0.5  # of a move of 1 m
+    assert 0.0 < np.abs(path[:, 0]).max() < 0.5  # of a move of 1 m
 
 
 def test_the_corridor_is_that_of_the_corrected_series() -> None:
@@ -232,16 +233,9 @@ def test_the_corridor_is_that_of_the_corrected_series() -> None:
 )
 def test_a_new_target_in_motion_brakes_and_goes_there(when: float, target: float) -> None:
     landing = controller()
-    plant = PlantStepper(ARM, sampling_time=T)
-    arm, motion = plant.init(), (0.0, 0.0, 0.0, 0.0)
-    state = landing.init()
-    for k in range(round(50.0 / T)):
-        if k == round(when / T):
-            state = landing.retargeted(state, target)
-        state, effort = landing.step(state, SensorSample(k * T, *motion))
-        arm, motion = plant.step(arm, effort)
-    assert landing.outcome(state) is PositioningOutcome.REACHED
-    assert abs(motion[0] - target) <= WITHIN
+    run = fly(ARM, landing, (when, target), seconds=50.0)
+    assert landing.outcome(run.controller_state) is PositioningOutcome.REACHED
+    assert abs(run.motion.position[-1] - target) <= WITHIN
 
 
 @pytest.mark.slow
@@ -254,18 +248,6 @@ def test_a_tolerance_that_no_series_meets_ends_near_the_target() -> None:
     assert state.series_since_target <= landing.most_series
 
 
-class Waited:
-    """A loop in which every plan beside it is there one sample later."""
-
-    def __init__(self, landing: TrackedBeside) -> None:
-        self.landing = landing
-
-    def step(self, state: Any, sample: SensorSample) -> Any:
-        for each in self.landing._pending.values():
-            each.result()
-        return self.landing.step(state, sample)
-
-
 @pytest.mark.slow
 def test_plans_beside_the_loop_land_the_arm_and_what_follows_a_rest_is_planned_anew() -> None:
     soft = replace(ARM, mass_2=2.7, stiffness=0.45)  # slow enough for a rest on the way
@@ -275,16 +257,8 @@ def test_plans_beside_the_loop_land_the_arm_and_what_follows_a_rest_is_planned_a
     inside = controller(arm=replace(soft, friction=UNKNOWN), estimator=estimator)
     settings = {each.name: getattr(inside, each.name) for each in fields(inside)}
     landing = TrackedBeside(**settings | {"plans_inside": False, "planning_time": 0.4})
-    loop = Waited(landing)
-    plant = PlantStepper(soft, sampling_time=T)
-    arm, motion = plant.init(), (0.0, 0.0, 0.0, 0.0)
-    state = landing.init()
-    waiting = [0.0]
-    for k in range(round(60.0 / T)):
-        state, effort = loop.step(state, SensorSample(k * T, *motion))
-        waiting.append(1.03 * effort)
-        arm, motion = plant.step(arm, waiting.pop(0))
+    state, path, _ = flown(Waited(landing), 60.0, plant=soft, delay=1, gain=1.03)
     assert landing.outcome(state) is PositioningOutcome.REACHED
-    assert abs(motion[0] - 1.0) <= WITHIN
+    assert abs(path[-1, 0] - 1.0) <= WITHIN
     assert state.drive.gain == pytest.approx(1.03, rel=1e-3)
     assert any("anew" in phase.reason for phase in state.phases)

@@ -11,6 +11,7 @@ from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.checks import check_fields
 from stickslip.control.hardware.recording import Recording
 from stickslip.control.hardware.stop import (
     Output,
@@ -32,7 +33,7 @@ from stickslip.records import (
 
 S = TypeVar("S")
 
-_SPIN = 0.0005  # before a sample, in which the clock is polled: sleep wakes up late [s]
+_SPIN = 0.0005  # before a sample, in which the clock is polled: a sleep lasts longer than asked [s]
 _SPEED_SAMPLES = 5  # over which a speed is taken: noise of the encoder
 _PATIENCE = (10.0, 0.1)  # of the watchdog: samples, and seconds at least
 
@@ -124,16 +125,14 @@ class LoopSettings:
     settled: float | None = quantity_field("time", default=None)
 
     def __post_init__(self) -> None:
-        for name, unit in (("sampling_time", "s"), ("duration", "s"), ("effort", "N or N m")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        units = {"sampling_time": "s", "duration": "s", "effort": "N or N m"}
+        check_fields(self, positive, units)
         low, high = map(float, self.travel)
         if not low < high:
             raise InputError("travel_range", low=low, high=high, unit="m or rad")
-        if self.speed is not None:
-            positive("speed", self.speed, "m/s or rad/s")
+        check_fields(self, positive, {"speed": "m/s or rad/s"})
         whole("max_lost", self.max_lost)
-        if self.settled is not None:
-            non_negative("settled", self.settled, "s")
+        check_fields(self, non_negative, {"settled": "s"})
         if self.watchdog is not None and not self.watchdog >= 2.0 * self.sampling_time:
             raise InputError(
                 "watchdog_too_short", value=self.watchdog, sampling_time=self.sampling_time
@@ -175,7 +174,7 @@ _TEXTS = {
 
 @dataclass(kw_only=True)
 class LoopRun(Generic[S]):
-    """What a loop on hardware did."""
+    """Result of a loop on hardware."""
 
     ending: LoopEnding = LoopEnding.INTERRUPTED  #: Why it ended.
     controller_state: S  #: The controller's last state.
@@ -331,7 +330,7 @@ class _Loop:
         self.done.ending = LoopEnding.FINISHED
 
     def _miss(self, k: int, missed: int) -> LoopEnding | None:
-        """Let the controller know of periods that have passed without a sample."""
+        """Step the controller through periods that have passed without a sample."""
         self.done.overruns += missed
         self.in_row += missed
         if self.in_row > self.settings.max_lost:

@@ -1,4 +1,4 @@
-"""What a loop on hardware has read and written."""
+"""Samples that a loop on hardware has read, and efforts that it has written."""
 
 from dataclasses import dataclass, field
 from math import isfinite
@@ -6,13 +6,6 @@ from math import isfinite
 import numpy as np
 
 from stickslip.records import AxisKind, AxisLog, SensorSample
-
-_CHANNELS = (
-    "measured_position",
-    "measured_velocity",
-    "measured_load_position",
-    "measured_load_velocity",
-)
 
 
 @dataclass
@@ -51,7 +44,7 @@ class Recording:
 
         Samples without a position are left out; a channel that is missing in any other sample is
         left out as a whole. The effort of a sample is the mean effort from its reading to the next
-        sample: an effort may be written late, and is written at a lost sample too.
+        sample: an effort may be written with a delay, and is written at a lost sample too.
 
         Parameters
         ----------
@@ -66,11 +59,8 @@ class Recording:
             If there are fewer than two samples with a position.
         """
         kept = [k for k, each in enumerate(self.samples) if isfinite(each.measured_position)]
-        columns = [
-            np.array([getattr(self.samples[k], channel) for k in kept]) for channel in _CHANNELS
-        ]
         after = [*kept[1:], None]
-        position, *others = columns
+        position, *others = np.array([self.samples[k][1:] for k in kept]).reshape(-1, 4).T
         velocity, load_position, load_velocity = (
             values if np.all(np.isfinite(values)) else None for values in others
         )

@@ -1,4 +1,4 @@
-"""What writes efforts to a drive, and makes sure that zero is the last of them."""
+"""Output of efforts to a drive, of which zero is the last in every case."""
 
 import contextlib
 import signal

@@ -7,16 +7,16 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.checks import check_fields
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.linear_parts import PD, Notch
 from stickslip.control.feedback.reference import Move
 from stickslip.control.landing.arm_belief import (
     ArmBelief,
-    FlightLog,
     Swing,
     check_learned,
 )
-from stickslip.control.landing.arm_plan import LATE, ArmPlans, LandingState, PlanRequest
+from stickslip.control.landing.arm_plan import SMOOTHED, ArmPlans, LandingState, PlanRequest
 from stickslip.numerics.growing import Growing
 from stickslip.planning import PulseSeries
 from stickslip.plants import FlexibleArm
@@ -77,7 +77,7 @@ class LandingController(ArmPlans):
         or when mass 1 does not come to rest.
     series
         Pulses planned from the estimates. Ends with the last pulse, or when samples are missed, as
-        then the rest of it comes too late: resting again.
+        then the rest of it would act too late: resting again.
     done, stopped
         No effort. An arm that leaves the tolerance goes on to *resting*. A new target begins with
         feedback.
@@ -156,13 +156,9 @@ class LandingController(ArmPlans):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        uncertainty = non_negative("arm_uncertainty", self.arm_uncertainty, "(no unit)")
-        object.__setattr__(self, "arm_uncertainty", uncertainty)
-        if self.longest_series is not None:
-            limit = positive("longest_series", self.longest_series, "s")
-            object.__setattr__(self, "longest_series", limit)
-        planning = non_negative("planning_time", self.planning_time, "s")
-        object.__setattr__(self, "planning_time", planning)
+        check_fields(self, non_negative, {"arm_uncertainty": "(no unit)"})
+        check_fields(self, positive, {"longest_series": "s"})
+        check_fields(self, non_negative, {"planning_time": "s"})
         self._check_effort(max(self.arm.friction.breakaway()) + abs(self.arm.friction.offset))
         if self.experience is not None:
             check_learned(self.experience, self.kind)
@@ -192,29 +188,16 @@ class LandingController(ArmPlans):
     def warm_up(self) -> None:
         """Compile and load all that steps and plans use."""
         super().warm_up()
-        ahead = self.init().target or 1.0
+        state = self.init()
+        state = replace(state, target=state.target or 1.0)
         swing = Swing(position=0.0, offset=0.0, velocity=0.0, frequency=pi / self.half_swing)
-        state = replace(self.init(), target=ahead)
-        series = self._next_series(state, swing, 0.0)
+        series = self._next_series(state, swing)
         if isinstance(series, PulseSeries):
-            track = [
-                SensorSample(*each)
-                for each in zip(
-                    series.time,
-                    series.position,
-                    series.velocity,
-                    series.load_position,
-                    series.load_velocity,
-                    strict=True,
-                )
-            ]
-            flight = FlightLog.of(
-                series,
-                track,
-                position_noise=self.position_noise,
-                velocity_noise=self.velocity_noise,
-            )
-            self._belief(state).after(flight)
+            self._warm_up(state, series)
+
+    def _warm_up(self, state: LandingState, series: PulseSeries) -> None:
+        """Compile and load all that follows the plan of a series."""
+        self._belief(state).after(self._flight(series, series.states))
 
     def approach(
         self, start: float, end: float, estimator_state: Float[np.ndarray, " e"]
@@ -240,15 +223,25 @@ class LandingController(ArmPlans):
     def _landing(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
         state = self._tracked(state, sample)
         state = self._transition(state, sample)
-        if state.braking:
-            return self._braked(state, sample)
+        return self._braked(state, sample) if state.braking else self._sent(state, sample)
+
+    def _sent(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
+        """Return the state and the effort of an arm that is not braked."""
+        del sample
         return self._planned_effort(state)
 
     def _planned_effort(self, state: LandingState) -> tuple[LandingState, float]:
-        planned = state.flights[-1].planned if state.flights else None
-        if state.phase.name != "series" or planned is None or state.sent >= planned.effort.size:
+        series = self._under_way(state)
+        if series is None:
             return state, 0.0
-        return replace(state, sent=state.sent + 1), float(planned.effort[state.sent])
+        return replace(state, sent=state.sent + 1), float(series.effort[state.sent])
+
+    def _under_way(self, state: LandingState) -> PulseSeries | None:
+        """Return the series with an effort due; None if there is none."""
+        if state.phase.name != "series":
+            return None
+        series = state.flights[-1].planned
+        return series if state.sent < series.effort.size else None
 
     def blind(self, state: LandingState, time: float) -> tuple[LandingState, float]:
         """Take a sample at a time [s] of which nothing else is known; a series goes on."""
@@ -301,7 +294,7 @@ class LandingController(ArmPlans):
         elif name == "resting" and state.request is not None:
             return self._awaited(state, sample)
         elif name == "resting" and not self._settled(state, sample.time - phase.start):
-            if sample.time - phase.start >= self.longest_wait + LATE * self.sampling_time:
+            if sample.time - phase.start >= self.longest_wait + SMOOTHED * self.sampling_time:
                 name, reason = "stopped", "mass 1 does not come to rest"
         elif name == "resting":
             return self._judged(state, sample)
@@ -314,7 +307,7 @@ class LandingController(ArmPlans):
         if window.count > 1 and bool(off > bound + 0.5 * self._band):
             return True
         # The swing is fitted once in a half swing
-        samples = max(ceil(self.half_swing / self.sampling_time), LATE)
+        samples = max(ceil(self.half_swing / self.sampling_time), SMOOTHED)
         if window.count == 0 or window.count % samples != 0:
             return False
         return bool(self._miss(state, self._swing(state)) > bound)
@@ -324,25 +317,33 @@ class LandingController(ArmPlans):
         swing = self._swing(state)
         landed = self._miss(state, swing) <= self.tolerance
         spent = self._spent(state)
+        if not landed and spent is None:
+            begin = sample.time + self.planning_time
+            state, _ = self._requested(state, swing, sample.time, begin)
+            return self._awaited(state, sample)
+        state, request = self._requested(state, swing, sample.time, sample.time)
+        # What was learned from the last series is for the next one: there is no hurry
+        if self.planning_time == 0.0:
+            answer = self.plan(request, series=False)
+            state = replace(self._learned_of(state, answer), request=None)
+        if landed:
+            return self._enter(state, sample, "done", "both masses are within the tolerance")
+        return self._enter(state, sample, "stopped", spent or "")
+
+    def _requested(
+        self, state: LandingState, swing: Swing, made: float, begin: float
+    ) -> tuple[LandingState, PlanRequest]:
+        """Return the state with the request of a plan for a later time [s], and the request."""
         request = PlanRequest(
             number=state.request_count + 1,
             state=state,
             swing=swing,
-            made=sample.time,
-            begin=sample.time + (0.0 if landed or spent is not None else self.planning_time),
+            made=made,
+            begin=begin,
             samples=state.window.count,
         )
-        state = replace(state, request_count=request.number, answer=None)
-        if landed or spent is not None:
-            # What the last series has taught is for the next one: there is no hurry
-            if self.planning_time == 0.0:
-                state = self._learned_of(state, self.plan(request, series=False))
-            else:
-                state = replace(state, request=request)
-            if landed:
-                return self._enter(state, sample, "done", "both masses are within the tolerance")
-            return self._enter(state, sample, "stopped", spent or "")
-        return self._awaited(replace(state, request=request), sample)
+        made_of = replace(state, request=request, request_count=request.number, answer=None)
+        return made_of, request
 
     def _spent(self, state: LandingState) -> str | None:
         """Return why no further series shall follow; None if one may."""
@@ -362,14 +363,14 @@ class LandingController(ArmPlans):
         if self.plans_inside:
             answer = self.plan(request)
         if answer is None:
-            # The plan comes too late for its begin: it is asked for anew, with more time
-            late = max(sample.time - request.made, self.planning_time)
+            # The plan is not there in time: it is asked for anew, with more time
+            taken = max(sample.time - request.made, self.planning_time)
             again = replace(
                 request,
                 number=request.number + 1,
                 swing=self._swing(state),
                 made=sample.time,
-                begin=sample.time + 2.0 * late,
+                begin=sample.time + 2.0 * taken,
                 samples=state.window.count,
             )
             return replace(state, request=again, request_count=again.number)

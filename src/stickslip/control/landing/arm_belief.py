@@ -1,6 +1,5 @@
 """The motion of an arm along a series and after it, and what its parameters are by that motion."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, exp, hypot, isfinite, log, sin, sqrt
 from typing import Any
@@ -15,7 +14,6 @@ from stickslip.records import (
     AxisKind,
     InputError,
     LearnedPulses,
-    SensorSample,
     non_negative,
     positive,
     quantity_field,
@@ -25,22 +23,20 @@ from stickslip.records import (
 LEARNED = ("mass", "load_mass", "stiffness", "coulomb_friction", "viscous_friction")
 """Names of the parameters, in the order of the covariance."""
 
-_BODY, _FRICTION, _BEGIN = slice(0, 3), slice(3, 5), slice(5, 7)
+_BODY, _FRICTION = slice(0, 3), slice(3, 5)
 _FRICTION_RATIO = 6.0  # prior deviation of friction relative to that of masses and spring
 _UNKNOWN = 1.0  # standard deviation of the logarithm of a friction that is not known at all
 _DRIFT = 0.05  # relative deviation of the change of friction since an earlier run or target
 _WALK = np.array([1e-6] * 3 + [1e-4] * 2)  # relative deviation of a change between series
 _LEAST_VISCOUS = 1e-3  # of m1 times the frequency of mass 2: stands for none, it has a logarithm
 _TYPICAL_VISCOUS = 0.05  # of the same, where little is known
-_LEAST_SAMPLES = 8  # of slipping: fewer tell too little
+_LEAST_SAMPLES = 8  # of slipping: with fewer nothing is learned
 _CERTAIN = 4.0  # standard deviations of a measured velocity
 _ROUNDING = 1e-8  # of the way: sensors without noise
 _UNLIKE = (5.0, 0.02)  # deviations, or of the way: farther on average, something else moved it too
 _CONVERGED = 1e-12
-_REFITS, _EXPLAINED = (
-    3,
-    1.5,
-)  # fits with the noise that the last one shows; rms of residuals that do
+_FITS = 4  # at most, each with the noise that the residuals of the last one show
+_EXPLAINED = 1.5  # rms of residuals, over the noise, that needs no further fit
 _SURPRISE = 400.0  # squared distance from the prior, in its standard deviations: no estimate
 _AGREES = (4.0, 0.5)  # with the running estimate: deviations, share of the effort of friction
 _EVALUATIONS = 60  # of the motion and its slopes in a fit
@@ -119,22 +115,22 @@ class FlightLog:
     def of(
         cls,
         planned: PulseSeries,
-        track: Sequence[SensorSample],
+        seen: Float[np.ndarray, "m 4"],
         *,
         position_noise: float,
         velocity_noise: float,
     ) -> "FlightLog":
         """Return the log of a series that was sent as planned, or of the part that was sent.
 
-        Its track is the sample at its begin, and the one after each of its own; NaN where one was
-        lost.
+        It was seen in the sample at its begin, and in the one after each of its own; NaN where one
+        was lost.
         """
-        place, load = float(planned.position[0]), float(planned.load_position[0])
+        x1, _, x2, v2 = planned.states[0].tolist()
         return cls(
-            start=(place, 0.0, load, float(planned.load_velocity[0])),
-            effort=planned.effort[: len(track) - 1],
-            expected_velocity=planned.velocity[: len(track)],
-            seen=np.array(track)[:, 1:],
+            start=(x1, 0.0, x2, v2),
+            effort=planned.effort[: len(seen) - 1],
+            expected_velocity=planned.velocity[: len(seen)],
+            seen=seen,
             sampling_time=planned.sampling_time,
             position_noise=position_noise,
             velocity_noise=velocity_noise,
@@ -268,44 +264,58 @@ class ArmBelief:
         every = zip(self.values.items(), relative, strict=True)
         return {name: value * spread for (name, value), spread in every}
 
-    def after(self, flight: FlightLog, running: "RunningFriction | None" = None) -> "ArmBelief":
+    def after(self, flight: FlightLog, running: RunningFriction | None = None) -> "ArmBelief":
         """Return the estimate after a series, corrected by where it has taken both masses.
 
         While mass 1 slips, the motion is that of a linear system; the parameters, and the state of
         mass 2 at the begin, are those that explain the measured motion best, beside what was
         known before (an iterated extended Kalman filter, the whole series as one observation).
-        A motion that none explain, as of an arm that was pushed, and one that began late teach
-        nothing. The noise is at least what the residuals show, so that errors of the model do not
-        pass for information. An estimate far from the prior, or with a friction that disagrees with
+        Nothing is learned from a motion that none explain, as of an arm that was pushed, nor from
+        one that began late. An estimate far from the prior, or with a friction that disagrees with
         the running estimate, is rejected.
         """
         n = flight.slipping()
         if n < _LEAST_SAMPLES or flight.late:
             return self
-        arm, law = self.arm, self.arm.friction
-        frequency = (arm.stiffness / arm.mass_2) ** 0.5
-        first = np.array(
-            [
-                log(arm.mass_1),
-                log(arm.mass_2),
-                log(arm.stiffness),
-                log(law.coulomb_friction_positive),
-                log(max(law.viscous_friction_positive, _least_viscous(arm))),
-                flight.start[2],
-                flight.start[3],
-            ]
+        found, size, unlike = self._explained(flight, n)
+        theta, jacobian = found.x, np.asarray(found.jac)
+        if unlike or float(np.sum(found.fun[size:] ** 2)) > _SURPRISE:
+            return self
+        if running is not None and not running.agrees(*np.exp(theta[3:5]).tolist()):
+            return self
+        spread = np.linalg.inv(jacobian.T @ jacobian)[:5, :5]
+        spread = spread * max(1.0, 2.0 * float(found.cost) / size)
+        m1, m2, ks, fc, c = (exp(value) for value in theta[:5])
+        law = _law(self.arm, fc, c)
+        return ArmBelief(
+            arm=replace(self.arm, mass_1=m1, mass_2=m2, stiffness=ks, friction=law),
+            covariance=0.5 * (spread + spread.T),
         )
-        way = float(np.nanmax(np.abs(flight.seen[: n + 1, 0] - flight.start[0])))
+
+    def _explained(self, flight: FlightLog, n: int) -> tuple[Any, int, bool]:
+        """Return the fit to the first samples of a series, and whether it does not explain them.
+
+        Its residuals are those of the motion, whose number is the second value, and those of the
+        prior. The noise is at least what the residuals show, so that errors of the model do not
+        pass for information.
+        """
+        from scipy.optimize import least_squares
+
+        arm, start = self.arm, flight.start
+        frequency = (arm.stiffness / arm.mass_2) ** 0.5
+        *others, viscous = self.values.values()
+        values = (*others, max(viscous, _least_viscous(arm)))
+        first = np.array([*map(log, values), start[2], start[3]])
+        way = float(np.nanmax(np.abs(flight.seen[: n + 1, 0] - start[0])))
         of_position = max(flight.position_noise, _ROUNDING * way)
         of_velocity = max(flight.velocity_noise, _ROUNDING * way * frequency)
         weight = 1.0 / np.array([of_position, of_velocity] * 2)
-        swing = float(np.hypot(flight.start[2] - flight.start[0], flight.start[3] / frequency))
+        swing = float(np.hypot(start[2] - start[0], start[3] / frequency))
         loose = swing * float(np.sqrt(np.diag(self.covariance)[_BODY].max())) + of_position
         prior = np.zeros((7, 7))
         prior[:5, :5] = self.covariance + np.diag(_WALK**2)
         prior[5, 5], prior[6, 6] = loose**2, (loose * frequency) ** 2
         whiten = np.linalg.inv(np.linalg.cholesky(prior))
-        scale = np.array([1.0] * 5 + [way, way * frequency])
         measured = flight.seen[1 : n + 1]
         known = np.isfinite(measured)  # samples were lost
         measured = np.where(known, measured, 0.0)
@@ -314,50 +324,25 @@ class ArmBelief:
             explained = np.where(known, self._motion(theta, flight, n) - measured, 0.0)
             return np.concatenate([(explained * weight).ravel() / noise, whiten @ (theta - first)])
 
-        from scipy.optimize import least_squares
-
-        def fit(guess: Float[np.ndarray, " 7"], noise: float) -> tuple[Any, float]:
+        found: Any = None
+        noise = rms = 1.0
+        for _ in range(_FITS):
+            noise *= rms
             found = least_squares(
                 residual,
-                guess,
+                first if found is None else found.x,
                 jac="3-point",
-                x_scale=scale,
+                x_scale=np.array([1.0] * 5 + [way, way * frequency]),
                 ftol=_CONVERGED,
                 xtol=_CONVERGED,
                 max_nfev=_EVALUATIONS,
                 args=(noise,),
             )
-            return found, float(np.sqrt(np.mean(found.fun[: measured.size] ** 2)))
-
-        noise = 1.0
-        found, rms = fit(first, noise)
-        for _ in range(_REFITS):
+            rms = float(np.sqrt(np.mean(found.fun[: measured.size] ** 2)))
             if rms <= _EXPLAINED:
                 break
-            noise *= rms
-            found, rms = fit(found.x, noise)
         deviations, share = _UNLIKE
-        if noise * rms > max(deviations, share * way / of_position):
-            return self
-        if float(np.sum(found.fun[measured.size :] ** 2)) > _SURPRISE:
-            return self
-        if running is not None and not running.agrees(*np.exp(found.x[3:5]).tolist()):
-            return self
-        jacobian = np.asarray(found.jac)
-        spread = np.linalg.inv(jacobian.T @ jacobian)[:5, :5]
-        spread = spread * max(1.0, 2.0 * float(found.cost) / measured.size)
-        theta = found.x
-        body = [exp(value) for value in theta[:5]]
-        return ArmBelief(
-            arm=replace(
-                arm,
-                mass_1=body[0],
-                mass_2=body[1],
-                stiffness=body[2],
-                friction=_law(arm, body[3], body[4]),
-            ),
-            covariance=0.5 * (spread + spread.T),
-        )
+        return found, measured.size, noise * rms > max(deviations, share * way / of_position)
 
     def _motion(
         self, theta: Float[np.ndarray, " 7"], flight: FlightLog, samples: int

@@ -1,11 +1,13 @@
-"""What a landing of a flexible arm learns from a series, and the plan of the next one."""
+"""Learning of a flexible arm from a series, and the plan of the next one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import product
 from math import ceil, inf, isfinite, pi, sqrt
 from statistics import NormalDist
+from typing import Any, ClassVar
 
 import numpy as np
+from jaxtyping import Float
 
 from stickslip.control.feedback.linear_parts import Notch
 from stickslip.control.landing.arm_belief import (
@@ -37,7 +39,7 @@ from stickslip.records import (
 
 # Rest
 _MISSED = 1e-3  # of the windows of an axis at rest are not seen as such
-LATE = 80  # samples at rest before a plan: an estimator that smooths has seen all by then
+SMOOTHED = 80  # samples at rest before a plan: an estimator that smooths is through by then
 _REST = 0.4  # half swings at rest before a plan: a sine is known by then
 _FINE = 0.01  # of the travel left: a wider band of noise hides motion that matters
 _GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
@@ -45,15 +47,12 @@ _KEPT = 2.0  # half swings kept in the window
 _WAIT_RULE = 40.0  # half swings
 _STATIC = 1.3  # static over Coulomb friction, where nothing is known
 
-# The gains of the surrogate arm of the demonstration, without units
-
 # Learning from series
 _STATIC_STEP = 1.25  # by which static friction is raised when a series has not freed mass 1
 _BY_NOISE = (10.0, 0.05)  # deviations of a position, of the travel: noise explains no larger miss
 _UNCERTAIN = 0.02  # relative deviation of masses and spring where none was given
 
 # Bounds of a series
-_LONGEST = 4.0  # times the time of a rigid arm and a swing
 _OFF = (0.3, 5.0, 20.0, 4.0)  # corridor: of the travel, tolerances, deviations; samples of motion
 _MOST_STATIC = 0.95  # of the effort limit: static friction that a series may still free
 
@@ -96,6 +95,10 @@ class LandingState(SupervisorState):
     answer: "PlanAnswer | None" = None  #: The plan that was given; None for none.
     request_count: int = 0  #: Plans asked for so far.
 
+    def seen(self) -> Float[np.ndarray, "m 4"]:
+        """Return positions and velocities of both masses in the samples of the last series."""
+        return np.array(tuple(self.track))[:, 1:]
+
     @property
     def series_since_target(self) -> int:
         """How many series have begun since the last feedback phase."""
@@ -106,7 +109,7 @@ class LandingState(SupervisorState):
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRequest:
-    """What a plan is asked for: the state of the landing at rest, and when a series shall begin."""
+    """Request of a plan: the state of the landing at rest, and the begin of the series."""
 
     number: int  #: Of the request, from 1 on.
     state: LandingState  #: Of the landing when it was made.
@@ -118,13 +121,29 @@ class PlanRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanAnswer:
-    """The answer to a request: what the last series has taught, and the next one."""
+    """Answer to a request: what was learned from the last series, and the next one."""
 
     number: int  #: Of the request.
     flights: tuple[Flight, ...]  #: As of `LandingState`.
     static_ratio: float  #: As of `LandingState` [-].
     belief: ArmBelief | None  #: As of `LandingState`.
     series: PulseSeries | str | None  #: None if none was due, or why there is none.
+
+    @classmethod
+    def of(
+        cls, state: LandingState, *, number: int, series: PulseSeries | str | None
+    ) -> "PlanAnswer":
+        """Return the answer of a state that has learned, with the next series."""
+        own = {name: getattr(state, name) for name in cls._of_state()}
+        return cls(number=number, series=series, **own)
+
+    def learned(self) -> dict[str, Any]:
+        """Return what was learned, by the names of `LandingState`."""
+        return {name: getattr(self, name) for name in self._of_state()}
+
+    @classmethod
+    def _of_state(cls) -> list[str]:
+        return [each.name for each in fields(cls) if each.name not in ("number", "series")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,6 +162,9 @@ class ArmPlans(Supervisor[LandingState]):
     travel: tuple[float, float] | None = quantity_field("position", default=None)
     planning_time: float = quantity_field("time", default=0.0)
     plans_inside: bool = True
+    _states: ClassVar[type[LandingState]] = LandingState
+    _answers: ClassVar[type[PlanAnswer]] = PlanAnswer
+    _slack: ClassVar[float] = 4.0  # longest series over the time of a rigid arm and a swing
 
     @property
     def kind(self) -> AxisKind:
@@ -164,9 +186,8 @@ class ArmPlans(Supervisor[LandingState]):
         law, learned = self.arm.friction, self.experience
         known = law.coulomb_friction_positive + law.coulomb_friction_negative
         static = law.static_friction_positive + law.static_friction_negative
-        return LandingState(
+        return self._states(
             target=self.target,
-            feedback_state=np.empty(0),
             estimator_state=self.estimator.init(sampling_time=self.sampling_time),
             window=Window.of(self._window),
             static_ratio=max(static / known, _STATIC) if known > 0.0 else _STATIC,
@@ -207,19 +228,7 @@ class ArmPlans(Supervisor[LandingState]):
             planned = self._next_series(state, swing, later) if series else None
         except (ArithmeticError, MemoryError, np.linalg.LinAlgError, ValueError) as error:
             planned = f"no series could be planned ({type(error).__name__})"
-        return self._answer(request, state, planned)
-
-    def _answer(
-        self, request: PlanRequest, state: LandingState, planned: PulseSeries | str | None
-    ) -> PlanAnswer:
-        """Return the answer of a state that has learned, with a plan."""
-        return PlanAnswer(
-            number=request.number,
-            flights=state.flights,
-            static_ratio=state.static_ratio,
-            belief=state.belief,
-            series=planned,
-        )
+        return self._answers.of(state, number=request.number, series=planned)
 
     def answered(self, state: LandingState, answer: PlanAnswer) -> LandingState:
         """Return the state with an answer to its request; one to an earlier request is ignored."""
@@ -231,13 +240,7 @@ class ArmPlans(Supervisor[LandingState]):
 
     def _learned_of(self, state: LandingState, answer: PlanAnswer) -> LandingState:
         """Return the state with what an answer has learned."""
-        return replace(
-            state,
-            flights=answer.flights,
-            static_ratio=answer.static_ratio,
-            belief=answer.belief,
-            track=Growing(),
-        )
+        return replace(state, track=Growing(), **answer.learned())
 
     def _next_series(
         self, state: LandingState, swing: Swing, later: float = 0.0
@@ -250,42 +253,13 @@ class ArmPlans(Supervisor[LandingState]):
         travel is too short for a pulse that frees mass 1, mass 1 is first taken to a place beyond,
         from where another series comes back without a swing to take up.
         """
-        arm, target = self._estimated_arm(state), state.target
-        coulomb, viscous = self._friction(state)
-        static = coulomb * state.static_ratio
-        error, amplitude = target - swing.position, swing.amplitude
+        travel = abs(state.target - swing.position) + swing.amplitude
         try:
-            friction = CoulombViscousFriction.symmetric(
-                coulomb_friction=coulomb,
-                viscous_friction=viscous,
-                static_friction=static,
-                offset=arm.friction.offset,
-            )
-            limit = self._plan_limit(state)
-            longest = self._longest(arm, coulomb, abs(error) + amplitude, limit)
-            planner = PulseSeriesPlanner(
-                arm=replace(arm, friction=friction),
-                sampling_time=self.sampling_time,
-                effort_limit=limit,
-                excess=_EXCESS,
-                impulse_gap=_GAP,
-                rest_on_the_way=True,
-                longest=longest,
-                losses=self._losses(state),
-                pulse_samples=self._pulse_samples,
-            )
-            alone = PulseLaw(
-                mass=arm.mass_1,
-                coulomb_friction=coulomb,
-                viscous_friction=viscous,
-                static_friction=static,
-                kind=arm.kind,
-            )
-        except InputError as refusal:  # what is estimated may be no arm that could rest
+            planner, smallest = self._planner(state)
+        except InputError as refusal:  # the estimate may be of no arm that could rest
             return str(refusal)
-        smallest = _SMALLEST * float(alone.smallest_displacement(self.sampling_time))
-        least = max(abs(error) + amplitude, smallest)
-        places = self._places(state, swing, least)
+        longest = self._longest(state, travel)
+        places = self._places(state, swing, max(travel, smallest))
         low, high = (-inf, inf) if self.travel is None else self.travel
         why = ""
         reachable = [each for each in places if low <= each <= high]
@@ -298,6 +272,36 @@ class ArmPlans(Supervisor[LandingState]):
                 except StickslipError as refusal:
                     why = why or str(refusal)
         return why or "every place that a series could lead to is outside the travel"
+
+    def _planner(self, state: LandingState) -> tuple[PulseSeriesPlanner, float]:
+        """Return the planner of series, and the least travel of one to a place beyond."""
+        arm = self._estimated_arm(state)
+        coulomb, viscous = self._friction(state)
+        static = coulomb * state.static_ratio
+        friction = CoulombViscousFriction.symmetric(
+            coulomb_friction=coulomb,
+            viscous_friction=viscous,
+            static_friction=static,
+            offset=arm.friction.offset,
+        )
+        planner = PulseSeriesPlanner(
+            arm=replace(arm, friction=friction),
+            sampling_time=self.sampling_time,
+            effort_limit=self._plan_limit(state),
+            excess=_EXCESS,
+            impulse_gap=_GAP,
+            rest_on_the_way=True,
+            losses=self._losses(state),
+            pulse_samples=self._pulse_samples,
+        )
+        alone = PulseLaw(
+            mass=arm.mass_1,
+            coulomb_friction=coulomb,
+            viscous_friction=viscous,
+            static_friction=static,
+            kind=arm.kind,
+        )
+        return planner, _SMALLEST * float(alone.smallest_displacement(self.sampling_time))
 
     def _places(self, state: LandingState, swing: Swing, least: float) -> list[float]:
         """Return where a series may lead, in order of preference; ``least`` is a travel."""
@@ -324,11 +328,6 @@ class ArmPlans(Supervisor[LandingState]):
         return PulseSeriesPlanner.slowest
 
     @property
-    def _slack(self) -> float:
-        """Longest series over the time of a rigid arm and a swing."""
-        return _LONGEST
-
-    @property
     def _pulse_samples(self) -> int:
         """Samples in each pulse of a series."""
         return 1
@@ -338,10 +337,12 @@ class ArmPlans(Supervisor[LandingState]):
         del state
         return NO_LOSSES
 
-    def _longest(self, arm: FlexibleArm, coulomb: float, travel: float, limit: float) -> float:
-        """Return the longest duration of a series over a travel, with an effort limit [s]."""
+    def _longest(self, state: LandingState, travel: float) -> float:
+        """Return the longest duration of a series over a travel [s]."""
         if self.longest_series is not None:
             return self.longest_series
+        arm, limit = self._estimated_arm(state), self._plan_limit(state)
+        coulomb, _ = self._friction(state)
         mass = arm.mass_1 + arm.mass_2
         free = max(limit - coulomb, (1.0 - _MOST_STATIC) * limit)
         rigid = 2.0 * sqrt(_BEYOND[-1] * travel * mass / free)
@@ -371,7 +372,7 @@ class ArmPlans(Supervisor[LandingState]):
         """
         left = abs(state.target - 0.5 * (state.window.low + state.window.high))
         share = _REST if self._band <= _FINE * left else 1.0
-        rest = max(ceil(share * self.half_swing / self.sampling_time), LATE)
+        rest = max(ceil(share * self.half_swing / self.sampling_time), SMOOTHED)
         return state.window.count >= (rest if waited < _GIVES * self.half_swing else _BRIEF)
 
     def _swing(self, state: LandingState) -> Swing:
@@ -391,7 +392,7 @@ class ArmPlans(Supervisor[LandingState]):
     @property
     def _window(self) -> int:
         """Samples in which rest is looked for."""
-        return max(ceil(_KEPT * self.half_swing / self.sampling_time), LATE) + 1
+        return max(ceil(_KEPT * self.half_swing / self.sampling_time), SMOOTHED) + 1
 
     def _learns(self, state: LandingState) -> bool:
         """Return whether masses and spring are learned."""
@@ -411,12 +412,7 @@ class ArmPlans(Supervisor[LandingState]):
             return state
         last = state.flights[-1]
         ended = replace(last, final_position=swing.position, final_swing=swing.amplitude)
-        flight = FlightLog.of(
-            last.planned,
-            tuple(state.track),
-            position_noise=self.position_noise,
-            velocity_noise=self.velocity_noise,
-        )
+        flight = self._flight(last.planned, state.seen())
         state = replace(state, flights=(*state.flights[:-1], ended), track=Growing())
         stayed = abs(swing.position - last.planned.position[0]) <= self._band
         if stayed or flight.late:
@@ -431,8 +427,16 @@ class ArmPlans(Supervisor[LandingState]):
         belief = belief.later() if state.series_since_target == 1 else belief
         return replace(state, belief=belief.after(flight, self._running(state)))
 
+    def _flight(self, planned: PulseSeries, seen: Float[np.ndarray, "m 4"]) -> FlightLog:
+        return FlightLog.of(
+            planned,
+            seen,
+            position_noise=self.position_noise,
+            velocity_noise=self.velocity_noise,
+        )
+
     def _running(self, state: LandingState) -> RunningFriction | None:
-        """Return friction by the running estimator; None if it knows nothing yet."""
+        """Return friction by the running estimator; None before it has estimated any."""
         coulomb, viscous = self._estimated(state)
         P = self._covariance(state)
         (move,) = self.approach(0.0, 1.0, state.estimator_state).reference.moves

@@ -80,7 +80,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         First guess of the mass; of its friction the offset and the ratio of static to Coulomb
         friction are used.
     rest
-        How the pulses tell that the mass rests; None for a sensor without noise.
+        Detection of rest by the pulses; None for a sensor without noise.
     mass_uncertainty
         Standard deviation of the mass, over its value, that the pulses begin with [-].
     longest_width
@@ -142,7 +142,6 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         """Return the state before the first sample."""
         return AxisLandingState(
             target=self.target,
-            feedback_state=np.empty(0),
             estimator_state=self.estimator.init(sampling_time=self.sampling_time),
             window=Window.of(self._rest.samples),
         )

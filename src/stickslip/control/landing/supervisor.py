@@ -1,7 +1,7 @@
 """The supervisor of a landing: feedback first, then what lands the axis, and the log of phases."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import isfinite, sqrt
 from typing import ClassVar, Generic, TypeVar
 
@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.base import Phase, PositionController
+from stickslip.control.checks import check_fields
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.friction_compensation import (
     FrictionCompensation,
@@ -89,7 +90,8 @@ class SupervisorState:
     phases: tuple[Phase, ...] = ()  #: All so far, the last is the present one.
     #: The controller of the feedback phase, whose time begins with that phase; None outside it.
     feedback: FeedbackController | None = None
-    feedback_state: Float[np.ndarray, " f"]  #: Its state [as of the controller]; else empty.
+    #: Its state [as of the controller]; else empty.
+    feedback_state: Float[np.ndarray, " f"] = field(default_factory=lambda: np.empty(0))
     #: Of the estimator that runs along [its own units]; in a feedback phase that of its begin.
     estimator_state: Float[np.ndarray, " e"]
     window: Window  #: Where rest is looked for.
@@ -128,17 +130,14 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     _left: ClassVar[float] = 0.0  # share of the travel that feedback leaves to the pulses
 
     def __post_init__(self) -> None:
-        for name, check in (
-            ("sampling_time", positive),
-            ("tolerance", positive),
-            ("effort_limit", positive),
-            ("position_noise", non_negative),
-            ("velocity_noise", non_negative),
-        ):
-            unit = self.__dataclass_fields__[name].metadata["quantity"].unit(self.kind)
-            object.__setattr__(self, name, check(name, getattr(self, name), unit))
-        if self.wait_limit is not None:
-            object.__setattr__(self, "wait_limit", positive("wait_limit", self.wait_limit, "s"))
+        position, velocity, effort = (
+            unit_of(quantity, self.kind) for quantity in ("position", "velocity", "effort")
+        )
+        check_fields(
+            self, positive, {"sampling_time": "s", "tolerance": position, "effort_limit": effort}
+        )
+        check_fields(self, non_negative, {"position_noise": position, "velocity_noise": velocity})
+        check_fields(self, positive, {"wait_limit": "s"})
         self._check_target(self.target)
 
     @property
@@ -149,7 +148,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     @property
     @abstractmethod
     def longest_wait(self) -> float:
-        """The wait limit, or what a rule says [s]."""
+        """The wait limit, or that of a rule [s]."""
 
     @abstractmethod
     def init(self) -> S:
@@ -221,7 +220,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     def blind(self, state: S, time: float) -> tuple[S, float]:  # noqa: ARG002 - as of the base class
         """Take a sample at a time [s] of which nothing else is known.
 
-        Outside feedback the effort goes on as planned. The estimator gets to know of the gap.
+        Outside feedback the effort goes on as planned. The estimator takes a sample without values.
         """
         if state.renewed or state.feedback is not None:
             return state, np.nan
@@ -286,11 +285,15 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         rested = state.window.count >= _SETTLED
         if since < 0.0 or not (rested or since >= self.longest_wait):
             return state
-        learned = controller.estimator_state(state.feedback_state)
-        state = replace(state, estimator_state=learned, feedback=None, feedback_state=np.empty(0))
+        state = self._without_feedback(state)
         came = "rests" if rested else "did not come to rest, so its effort is taken"
         reason = f"{self._driven} {came}"
         return self._after_approach(state, sample, reason)
+
+    def _without_feedback(self, state: S) -> S:
+        """Return the state after feedback, with the estimates that it ended with."""
+        estimates = self._estimator_state(state)
+        return replace(state, estimator_state=estimates, feedback=None, feedback_state=np.empty(0))
 
     def _enter(self, state: S, sample: SensorSample, name: LandingPhaseName, reason: str) -> S:
         """Return the state at the begin of a phase; rest is looked for anew."""
@@ -306,15 +309,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
             If it is not finite.
         """
         self._check_target(target)
-        learned = self._estimator_state(state)
-        return replace(
-            state,
-            target=float(target),
-            estimator_state=learned,
-            feedback=None,
-            feedback_state=np.empty(0),
-            renewed=True,
-        )
+        return replace(self._without_feedback(state), target=float(target), renewed=True)
 
     def outcome(self, state: S) -> PositioningOutcome:
         """Return how far the landing has come."""

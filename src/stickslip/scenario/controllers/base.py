@@ -2,7 +2,6 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from itertools import pairwise
 from math import sqrt
 from pathlib import Path
 from typing import Any, ClassVar
@@ -136,13 +135,10 @@ class Setup:
 
     def running_prior(self, first: FirstGuesses) -> dict[str, Any]:
         """Return first guesses and P(0) of a friction estimator that runs along."""
-        task = self.task
-        places = (task.start, *task.all_targets)
-        longest = max(abs(end - start) for start, end in pairwise(places))
-        given = self.guess.friction_uncertainty
+        task, given = self.task, self.guess.friction_uncertainty
         return first.running(
             uncertainty=ExactPulseController.friction_uncertainty if given is None else given,
-            speed=max(longest, task.tolerance) / task.duration,
+            speed=max(task.longest_move, task.tolerance) / task.duration,
         )
 
     def rest_notes(self, given: int | None) -> tuple[str, ...]:
@@ -168,7 +164,7 @@ class Setup:
 class Controller(Table):
     """The table of a controller: its settings, and how it is built."""
 
-    shows_defaults: ClassVar[bool] = False
+    shows_defaults = False
     title: ClassVar[str]  # the controller in words
     guesses: ClassVar[tuple[str, ...]] = ()  # quantities of ``[guess]`` that it uses
     learns: ClassVar[bool] = False  # whether it learns values that can be saved
@@ -192,7 +188,7 @@ class Controller(Table):
         def part(name: str, guessed: float | None, known: float | None) -> float:
             return first.value(name) if name in first.values else guessed or known or 0.0
 
-        places = (task.start, *task.all_targets)
+        places = task.places
         if len(set(places)) == 1:  # a task that only holds the axis
             places = (*places, task.start + _HELD_WITHIN * task.tolerance)
         return Limits.for_task(

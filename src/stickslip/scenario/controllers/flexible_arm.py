@@ -40,16 +40,16 @@ _PARTS = {"mass": "mass 1", "load_mass": "mass 2", "stiffness": "the spring"}
 class _ArmController(Controller):
     """Landing and feedback of an arm."""
 
-    guesses: ClassVar[tuple[str, ...]] = (
+    guesses = (
         *_PARTS,
         *DIRECTIONAL,
         "offset",
         "friction_uncertainty",
         *FILES,
     )
-    learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
-    resumes: ClassVar[str] = "landing"
-    beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learned")
+    learned_names = DIRECTIONAL
+    resumes = "landing"
+    beside_learned = (*_PARTS, "offset", "arm_uncertainty", "learned")
     landing: ClassVar[type[LandingController]] = LandingController
     begins: ClassVar[str] = "without any"  # where no friction is guessed
     differentiates: ClassVar[bool] = False  # positions, where no velocity is measured
@@ -172,8 +172,8 @@ class _ArmByFeedback(GainsByRule, _ArmController):
 class _ArmBySeries(_ArmController):
     """Series of pulses that land both masses."""
 
-    learns: ClassVar[bool] = True
-    guesses: ClassVar[tuple[str, ...]] = (*_ArmController.guesses, "arm_uncertainty")
+    learns = True
+    guesses = (*_ArmController.guesses, "arm_uncertainty")
     most_series: int = key(_SERIES, default=LandingController.most_series)
     longest_wait: float | None = key(
         "longest time for the driven mass to rest", "time", positive, says="20 swings of mass 2"
@@ -206,23 +206,23 @@ class _ArmBySeries(_ArmController):
 class ArmLanding(_ArmByFeedback, _ArmBySeries):
     """Feedback, then series of pulses that land both masses."""
 
-    title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
+    title = "feedback, then pulses that end at rest on the target"
 
 
 class ArmTracked(_ArmBySeries):
     """Series of pulses that land both masses, tracked by feedback."""
 
-    title: ClassVar[str] = "pulses that end at rest on the target, tracked by feedback"
-    landing: ClassVar[type[LandingController]] = TrackedLandingController
-    begins: ClassVar[str] = "with a tenth of the effort limit"
-    differentiates: ClassVar[bool] = True
+    title = "pulses that end at rest on the target, tracked by feedback"
+    landing = TrackedLandingController
+    begins = "with a tenth of the effort limit"
+    differentiates = True
     most_series: int = key(_SERIES, default=TrackedLandingController.most_series)
 
 
 class ArmFeedback(_ArmByFeedback):
     """PD control with a notch and compensation of friction."""
 
-    title: ClassVar[str] = "PD control with a notch and compensation of friction"
+    title = "PD control with a notch and compensation of friction"
 
     def build(self, setup: Setup, first: FirstGuesses) -> FeedbackController:
         """Return the feedback phase of a landing alone, along all moves of the task."""
@@ -231,7 +231,7 @@ class ArmFeedback(_ArmByFeedback):
         whole = task.samples * task.sampling_time
         phases: list[FeedbackController] = []
         moves: list[Move] = []
-        for start, target in pairwise((task.start, *task.all_targets)):
+        for start, target in pairwise(task.places):
             phase = landing.approach(start, target, memory)
             (move,) = phase.reference.moves
             if move.duration > whole:

@@ -1,7 +1,7 @@
 """``[controller]`` of servos: methods profile, pd, pid, pid-dither and pid-reset."""
 
 from dataclasses import replace
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 from pydantic import model_validator
 
@@ -26,8 +26,8 @@ _FILTER_TIME: Any = key(
 class Profile(Controller):
     """A servo along a profile, with feedforward, PID, and dither where it sticks."""
 
-    title: ClassVar[str] = "servo along a profile with limited jerk, and feedforward of friction"
-    guesses: ClassVar[tuple[str, ...]] = (*AXIS_GUESSES, "estimate")
+    title = "servo along a profile with limited jerk, and feedforward of friction"
+    guesses = (*AXIS_GUESSES, "estimate")
     speed_limit: float | None = key(
         "largest speed of the profile", "velocity", positive, says="no limit"
     )
@@ -86,7 +86,7 @@ class _Feedback(Controller):
 class PDControl(_Feedback):
     """PD control."""
 
-    title: ClassVar[str] = "PD control"
+    title = "PD control"
     position_gain: float = required("proportional gain", _STIFFNESS, positive)
     velocity_gain: float = required("derivative gain", _DAMPING, non_negative)
     filter_time: float | None = _FILTER_TIME
@@ -95,7 +95,7 @@ class PDControl(_Feedback):
 class PIDControl(_Feedback):
     """PID control, with gains of its own or by the bandwidth."""
 
-    title: ClassVar[str] = "PID control"
+    title = "PID control"
     position_gain: float | None = key("proportional gain", _STIFFNESS, positive, says=_OTHERWISE)
     integral_gain: float | None = key("integral gain", _INTEGRAL, non_negative, says=_OTHERWISE)
     velocity_gain: float | None = key("derivative gain", _DAMPING, non_negative, says=_OTHERWISE)
@@ -139,7 +139,7 @@ class PIDControl(_Feedback):
 class PIDDither(PIDControl):
     """PID control with dither."""
 
-    title: ClassVar[str] = "PID control with dither"
+    title = "PID control with dither"
     dither_amplitude: float = required("peak of the dither", "effort", positive)
     dither_frequency: float = required("frequency of the dither", _HERTZ, positive)
     dither_shape: Literal["square", "sine"] = key("wave of the dither", default="square")
@@ -156,7 +156,7 @@ class PIDDither(PIDControl):
 class PIDReset(PIDControl):
     """PID control with resets of its integral."""
 
-    title: ClassVar[str] = "PID control with resets of the integral"
+    title = "PID control with resets of the integral"
     reset_law: Literal["coulomb", "stribeck"] = required("when the integral is reset")
     reset_speed: float = required("largest speed taken for rest", "velocity", positive)
     reset_samples: int = key("samples within that speed that are a rest", default=1)

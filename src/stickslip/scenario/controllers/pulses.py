@@ -1,8 +1,6 @@
 """``[controller]`` of a rigid axis that pulses move: methods landing, exact, papwc and pwc."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any, ClassVar
 
 from stickslip.control import (
@@ -43,7 +41,7 @@ _UNCERTAINTIES = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
 class _Pulses(Controller):
     """Pulses from rest to rest."""
 
-    learns: ClassVar[bool] = True
+    learns = True
     longest_width: float | None = LONGEST_WIDTH
     max_idle_pulses: int = key("pulses without progress after which it stops", default=3)
     rest_samples: int | None = REST_SAMPLES
@@ -67,8 +65,8 @@ class _Pulses(Controller):
 class ExactPulses(_Pulses):
     """Pulses by the exact law; stops when none can help."""
 
-    title: ClassVar[str] = "pulses planned by the exact law of Coulomb and viscous friction"
-    guesses: ClassVar[tuple[str, ...]] = (*AXIS_GUESSES, *_UNCERTAINTIES, *FILES)
+    title = "pulses planned by the exact law of Coulomb and viscous friction"
+    guesses = (*AXIS_GUESSES, *_UNCERTAINTIES, *FILES)
     max_idle_pulses: int = key(
         "pulses without progress after which it stops", default=ExactPulseController.max_idle_pulses
     )
@@ -106,8 +104,8 @@ class ExactPulses(_Pulses):
 class Precise(ExactPulses):
     """A fast move with feedback, then pulses by the exact law."""
 
-    title: ClassVar[str] = "fast move with feedback, then pulses by the exact law"
-    resumes: ClassVar[str] = "exact"
+    title = "fast move with feedback, then pulses by the exact law"
+    resumes = "exact"
     delay: float | None = key(
         "known delay of drive and sensors", "time", non_negative, says="learned in the first move"
     )
@@ -118,15 +116,14 @@ class Precise(ExactPulses):
         return PreciseController(pulses=self._pulses(setup, first), delay=self.delay)
 
     def _completed(self, setup: Setup, first: FirstGuesses) -> FirstGuesses:
-        """Return the first guesses with friction, which the first move is to teach."""
+        """Return the first guesses with friction, which is learned in the first move."""
         missing = [name for name in _RUNNING if name not in first.values]
         if not missing:
             return first
-        task = setup.task
-        places = (task.start, *task.all_targets)
-        longest = max(abs(b - a) for a, b in pairwise(places)) or task.tolerance
         law = PreciseController.unknown_friction(
-            mass=first.mass(), effort_limit=self.effort_limit, distance=longest
+            mass=first.mass(),
+            effort_limit=self.effort_limit,
+            distance=setup.task.longest_move or setup.task.tolerance,
         )
         coulomb, viscous = law.coulomb_friction_positive, law.viscous_friction_positive
         coulomb = min(coulomb, *first.values.get("static_friction", (coulomb,)))
@@ -142,10 +139,10 @@ class Precise(ExactPulses):
 class _Adaptive(_Pulses):
     """A pulse controller as published, which adapts one or two gains."""
 
-    guesses: ClassVar[tuple[str, ...]] = ("mass", "coulomb_friction", "static_friction", *FILES)
+    guesses = ("mass", "coulomb_friction", "static_friction", *FILES)
 
     controller: ClassVar[Any]  # its class in `stickslip.control`
-    first_gains: ClassVar[Mapping[str, str]]  # by the names of the gains that it learns
+    first_gains: ClassVar[tuple[str, ...]]  # settings of the gains that it learns, in their order
 
     gain: float = key("share of the error that a pulse is to take away, $K_c$", default=1.0)
     forgetting: float = key("forgetting factor $\\lambda$ of the recursion", default=1.0)
@@ -156,8 +153,9 @@ class _Adaptive(_Pulses):
         own = {"forgetting": self.forgetting, "initial_covariance": self.initial_covariance}
         learned = first.learned
         if learned is not None:
-            gains = {name: learned.values[each] for each, name in self.first_gains.items()}
-            return self.controller(**gains, **own, **settings).resumed(learned)
+            gains = (learned.values[name] for name in self.learned_names)
+            first_gains = dict(zip(self.first_gains, gains, strict=True))
+            return self.controller(**first_gains, **own, **settings).resumed(learned)
         _check_guess(self, first)
         mass, coulomb = first.mass(), first.value("coulomb_friction")
         static = first.known("static_friction").get("static_friction", coulomb)
@@ -178,23 +176,20 @@ class _Adaptive(_Pulses):
 class PulseWidth(_Adaptive):
     """Adaptive pulse width control."""
 
-    title: ClassVar[str] = "adaptive pulse width control"
-    controller: ClassVar[Any] = PulseWidthController
-    learned_names: ClassVar[tuple[str, ...]] = ("pulse_gain",)
-    first_gains: ClassVar[Mapping[str, str]] = {"pulse_gain": "first_gain"}
+    title = "adaptive pulse width control"
+    controller = PulseWidthController
+    learned_names = ("pulse_gain",)
+    first_gains = ("first_gain",)
     initial_covariance: float = key("$F(0)$ of the recursion", ("1/s^4", "1/s^4"), default=1e5)
 
 
 class PulseAmplitudeWidth(_Adaptive):
     """Adaptive pulse amplitude pulse width control."""
 
-    title: ClassVar[str] = "adaptive pulse amplitude pulse width control"
-    controller: ClassVar[Any] = PulseAmplitudeWidthController
-    learned_names: ClassVar[tuple[str, ...]] = ("gain_1", "gain_2")
-    first_gains: ClassVar[Mapping[str, str]] = {
-        "gain_1": "first_gain_1",
-        "gain_2": "first_gain_2",
-    }
+    title = "adaptive pulse amplitude pulse width control"
+    controller = PulseAmplitudeWidthController
+    learned_names = ("gain_1", "gain_2")
+    first_gains = ("first_gain_1", "first_gain_2")
     initial_covariance: float = key("$P(0)$ of the recursion, over the identity", default=1e-5)
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
@@ -215,16 +210,16 @@ class PulseAmplitudeWidth(_Adaptive):
 class AxisLanding(GainsByRule):
     """Feedback, then pulses by the exact law."""
 
-    title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
-    resumes: ClassVar[str] = "exact"
-    learns: ClassVar[bool] = True
-    guesses: ClassVar[tuple[str, ...]] = (
+    title = "feedback, then pulses that end at rest on the target"
+    resumes = "exact"
+    learns = True
+    guesses = (
         *AXIS_GUESSES,
         "mass_uncertainty",
         "friction_uncertainty",
         *FILES,
     )
-    learned_names: ClassVar[tuple[str, ...]] = (
+    learned_names = (
         "mass",
         *(f"{name}_{side}" for name in DIRECTIONAL for side in ("positive", "negative")),
     )

@@ -163,7 +163,7 @@ def _crossing(
 def _jump(m: Any, y: Vector, new: Vector) -> float:
     """Return how far a step went over what the friction force looks like, over what it may.
 
-    An error estimate knows only what a step has seen.
+    An error estimate depends only on the stages of a step.
     """
     slower = max(min(abs(y[1]), abs(new[1])), m.feature_v)
     jump = abs(new[1] - y[1]) / (2.0 * slower)

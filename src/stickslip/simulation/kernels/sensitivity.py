@@ -38,7 +38,7 @@ the fastest of the rates [1/s]."""
 
 
 class Modes(NamedTuple):
-    """What moves the state in the modes -1, 0, +1: rates as of `Mode`, and `sample_matrices`."""
+    """Motion in the modes -1, 0, +1: rates as of `Mode`, and `sample_matrices`."""
 
     rates: Blocks
     slopes: NDArray[np.float64]

@@ -52,7 +52,7 @@ def record_event(
 ) -> int:
     """Write an event (its time, the mode after it) at ``count``, if there is room; return the next.
 
-    Events beyond the room are counted all the same, so that the caller knows how much is needed.
+    Events beyond the room are counted all the same, as the caller needs their number.
     """
     if count < event_time.size:
         event_time[count] = time

@@ -1,6 +1,7 @@
 """A positioning task from a scenario file: run it on its simulated axis, and judge it."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import sqrt
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from stickslip.control import LandingState, PositionController
 from stickslip.records import (
     ArmRun,
     ArmSeries,
+    Ending,
     InputError,
     LearnedPulses,
     Positioning,
@@ -135,57 +137,32 @@ def _judged(
     scenario: Scenario,
 ) -> PositioningRun:
     """Return a run with its moves, each judged by the truth."""
-    task, n, motion = scenario.task, scenario.task.samples, run.motion
-    targets = np.append(np.repeat(task.all_targets, n), task.all_targets[-1])
+    task, motion = scenario.task, run.motion
+    targets = np.append(np.repeat(task.all_targets, task.samples), task.all_targets[-1])
     arm = swing = None
     if scenario.axis.flexible:
         swing = _swings(run, scenario)
         arm = _arm_run(run, targets, swing, task)
     integrates = controller.integrates(task.tolerance)
     moves: list[PositioningMove] = []
-    ends = zip(task.all_targets, recorder.outcomes, recorder.reasons, strict=True)
-    for k, (target, outcome, reason) in enumerate(ends):
+    for k, outcome in enumerate(recorder.outcomes):
         # The move's last sample is the first of the next one, but for the target
-        there = slice(k * n, (k + 1) * n + 1)
-        own = driven = target - motion.position[there]
+        there = slice(k * task.samples, (k + 1) * task.samples + 1)
+        error = driven = task.all_targets[k] - motion.position[there]
         if arm is not None:
-            load = target - arm.load_position[there]
-            own = np.where(np.abs(load) > np.abs(driven), load, driven)
-            ended = arm_ending(own, driven, task.tolerance, outcome)
+            load = task.all_targets[k] - arm.load_position[there]
+            error = np.where(np.abs(load) > np.abs(driven), load, driven)
+            ended = arm_ending(error, driven, task.tolerance, outcome)
         else:
             ended = ending(
-                own,
+                error,
                 task.tolerance,
                 outcome,
                 integrates=integrates,
                 rest_motion=scenario.rest_motion,
             )
-        begin, end = float(motion.time[k * n]), float(motion.time[(k + 1) * n])
-        last = k == len(task.all_targets) - 1
-        moves.append(
-            PositioningMove(
-                number=k + 1,
-                start_time=begin,
-                end_time=end,
-                start=float(motion.position[k * n]),
-                target=target,
-                ending=ended,
-                reason=reason,
-                late_errors=(float(np.min(own[n // 2 :])), float(np.max(own[n // 2 :]))),
-                final_error=float(own[-1]),
-                settling_time=settling_time(
-                    motion.time[there], own, task.tolerance, rest_motion=scenario.rest_motion
-                ),
-                peak_effort=float(np.max(np.abs(motion.commanded_effort[k * n : (k + 1) * n]))),
-                pulses=tuple(
-                    pulse
-                    for pulse in recorder.pulses
-                    if pulse.time >= begin - 0.5 * task.sampling_time
-                    and (last or pulse.time < end - 0.5 * task.sampling_time)
-                ),
-                swing=None if swing is None else float(swing[(k + 1) * n]),
-            )
-        )
+        moved = _moved(k, run, recorder, scenario, error, ended)
+        moves.append(moved if swing is None else replace(moved, swing=float(swing[there.stop - 1])))
     return PositioningRun(
         number=number,
         time=motion.time,
@@ -198,6 +175,41 @@ def _judged(
         arm=arm,
         phases=recorder.phases(run.controller_state, float(motion.time[-1])),
         deviations=recorder.deviations,
+    )
+
+
+def _moved(
+    k: int,
+    run: ClosedLoopRun[Any],
+    recorder: Recorder,
+    scenario: Scenario,
+    error: Float[np.ndarray, " n"],
+    ended: Ending,
+) -> PositioningMove:
+    """Return a move with its true error and its ending."""
+    task, n, motion = scenario.task, scenario.task.samples, run.motion
+    time = motion.time[k * n : (k + 1) * n + 1]
+    begin, end = float(time[0]), float(time[-1])
+    last = k == len(task.all_targets) - 1
+    late = error[n // 2 :]
+    return PositioningMove(
+        number=k + 1,
+        start_time=begin,
+        end_time=end,
+        start=float(motion.position[k * n]),
+        target=task.all_targets[k],
+        ending=ended,
+        reason=recorder.reasons[k],
+        late_errors=(float(np.min(late)), float(np.max(late))),
+        final_error=float(error[-1]),
+        settling_time=settling_time(time, error, task.tolerance, rest_motion=scenario.rest_motion),
+        peak_effort=float(np.max(np.abs(motion.commanded_effort[k * n : (k + 1) * n]))),
+        pulses=tuple(
+            pulse
+            for pulse in recorder.pulses
+            if pulse.time >= begin - 0.5 * task.sampling_time
+            and (last or pulse.time < end - 0.5 * task.sampling_time)
+        ),
     )
 
 

@@ -1,15 +1,15 @@
 """Landing of a flexible arm by series of pulses that feedback on both masses tracks."""
 
-from dataclasses import dataclass, fields, replace
-from math import ceil, exp, inf, isfinite, pi, sqrt
-from typing import Any
+from dataclasses import dataclass, replace
+from math import ceil, exp, inf, isfinite, sqrt
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.landing.arm import LandingController
 from stickslip.control.landing.arm_belief import Swing
-from stickslip.control.landing.arm_plan import LandingState, PlanAnswer, PlanRequest
+from stickslip.control.landing.arm_plan import LandingState, PlanAnswer
 from stickslip.control.landing.supervisor import LEAST_FRICTION
 from stickslip.control.landing.tracked.correction import (
     NONE,
@@ -46,7 +46,7 @@ _KEPT = LAGS + 2  # deviations, for the delay
 
 # Plans
 _ROUNDING = 1e-6  # samples
-_LATE = 0.1  # of a sample, that a sample may be late
+_DELAYED_BY = 0.1  # of a sample, by which successive ones may be early or delayed
 _STAYS = 0.02  # of the move, planned while mass 1 rests: it does not move, or is not seen to
 _COASTS = 0.02  # of the move: mass 1 is braked where friction alone takes longer to stop it
 _HELD = 0.3  # of the effort limit: force of the spring that may hold mass 1 on its way
@@ -59,7 +59,6 @@ _PERIODS = 1.2  # of mass 2: time to wait for that
 _SHARE = 0.85  # of the effort limit; the rest is for feedback
 _GUESSED = 0.1  # Coulomb friction over the effort limit, where nothing is known
 _LONGER = (1.0, 2.0, 4.0, 8.0)  # times that, one after the other, where the arm rests
-_SLACK = 1.5  # longest series over the time of a rigid arm and a swing
 _NEARBY = 0.035  # of the move: way left from which no series leads straight to the target
 _SHORTEST, _FARTHER = 0.07, 0.2  # of the move: travel of a series that corrects, and 1.5 times
 _IMPROVES = 0.7  # of the smallest miss so far: what a further correction must bring
@@ -95,8 +94,8 @@ class TrackedLandingController(LandingController):
     An arm off its target by little is corrected by two series, to a place beyond and back, or,
     where mass 1 alone is off, by a pulse. Where two corrections bring it no nearer, it is
     *stopped*. A load that is not measured is computed from the motion of mass 1, from rest at the
-    begin. Velocities that are not measured are differences of positions; what velocities are late
-    by is estimated (`landing.tracked.sensing`). ``velocity_noise`` is that of either.
+    begin. Velocities that are not measured are differences of positions; the lag of velocities
+    is estimated (`landing.tracked.sensing`). ``velocity_noise`` is that of either.
 
     The settings are those of `LandingController`; ``pd`` and ``notch`` are not used. Masses and
     spring are learned only with an ``arm_uncertainty``, and then no losses of the load.
@@ -119,29 +118,20 @@ class TrackedLandingController(LandingController):
     """
 
     most_series: int = 12
-
-    def init(self) -> TrackedState:
-        """Return the state before the first sample."""
-        plain = super().init()
-        return TrackedState(**{each.name: getattr(plain, each.name) for each in fields(plain)})
+    _states: ClassVar[type[LandingState]] = TrackedState
+    _answers: ClassVar[type[PlanAnswer]] = TrackedAnswer
+    _slack: ClassVar[float] = 1.5
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Position of mass 1; what else is not measured is computed."""
         return ("measured_position",)
 
-    def warm_up(self) -> None:
-        """Compile and load all that steps and plans use."""
-        super().warm_up()
-        state = self.init()
-        state = replace(state, target=state.target or 1.0)
-        swing = Swing(position=0.0, offset=0.0, velocity=0.0, frequency=pi / self.half_swing)
-        series = self._next_series(state, swing)
-        if isinstance(series, CorrectedSeries):
-            series.goal(0, NONE, NONE)
-            series.after(0, NONE, series.acceleration(0, NONE, NONE))
-            seen = (series.position, series.velocity, series.load_position, series.load_velocity)
-            self._fitted(state, series.effort, np.column_stack(seen))
+    def _warm_up(self, state: Any, series: Any) -> None:
+        super()._warm_up(state, series)
+        series.goal(0, NONE, NONE)
+        series.after(0, NONE, series.acceleration(0, NONE, NONE))
+        self._fitted(state, series.effort, series.states)
 
     def pole(self, delay: float = _UNKNOWN) -> float:
         """Return the double pole of the feedback [rad/s].
@@ -188,10 +178,6 @@ class TrackedLandingController(LandingController):
         corrects = travel < 0.5 * state.travel
         return _SLOWEST if corrects else super()._slowest(state, travel)
 
-    @property
-    def _slack(self) -> float:
-        return _SLACK
-
     def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         """Take a sample; return the state after it and the effort until the next [N or N m]."""
         if self._readable(sample):
@@ -210,7 +196,7 @@ class TrackedLandingController(LandingController):
 
     def _follows(self, last: SensorSample, sample: SensorSample) -> bool:
         """Return whether two samples are successive."""
-        return abs(sample.time - last.time - self.sampling_time) <= _LATE * self.sampling_time
+        return abs(sample.time - last.time - self.sampling_time) <= _DELAYED_BY * self.sampling_time
 
     def _lag(self, state: Any) -> float:
         """Return the lag of measured velocities [s]."""
@@ -231,7 +217,7 @@ class TrackedLandingController(LandingController):
         return sample._replace(measured_velocity=v1, measured_load_velocity=v2)
 
     def _tracked(self, state: Any, sample: SensorSample) -> Any:
-        # As measured: what is learned afterwards knows the lag better
+        # As measured: the lag is estimated better when the series is over
         last: SensorSample | None = state.last
         if last is None or not isfinite(sample.measured_position):
             return super()._tracked(state, sample)
@@ -360,28 +346,27 @@ class TrackedLandingController(LandingController):
         )
 
     def _planned_effort(self, state: Any) -> tuple[Any, float]:
-        k, (state, effort) = state.sent, super()._planned_effort(state)
-        if state.sent == k:
-            return state, effort
-        series, r = state.flights[-1].planned, state.deviations[-1]
+        series: Any = self._under_way(state)
+        if series is None:
+            return state, 0.0
+        k, r = state.sent, state.deviations[-1]
         a = series.acceleration(k, r, state.goal)
-        state = self._deviated(state, k, r, a)
+        state = self._deviated(replace(state, sent=k + 1), k, r, a)
+        effort = float(series.effort[k])
         effort += self._estimated_arm(state).mass_1 * a + state.integral
         return self._recorded(state, effort / series.drive.gain)
 
-    def _landing(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
-        state = self._tracked(state, sample)
-        state = self._transition(state, sample)
-        if state.braking:
-            return self._braked(state, sample)
+    def _sent(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         left, effort = state.nudge
         if left > 0:
             if state.phase.name != "resting":
                 return replace(state, nudge=(0, 0.0)), 0.0
             return replace(state, nudge=(left - 1, effort)), effort
-        series = state.flights[-1].planned if state.flights else None
-        if state.phase.name != "series" or series is None or state.sent >= series.effort.size:
-            return state, 0.0
+        series: Any = self._under_way(state)
+        return (state, 0.0) if series is None else self._followed(state, sample, series)
+
+    def _followed(self, state: Any, sample: SensorSample, series: Any) -> tuple[Any, float]:
+        """Return the state and the effort of the feedback that tracks a series."""
         drive, p, k = series.drive, series.pole, state.sent
         arm, T = self._estimated_arm(state), self.sampling_time
         x, v, x2, v2 = series.at(k - drive.delay)
@@ -476,15 +461,8 @@ class TrackedLandingController(LandingController):
                 return state
             if not self._settled(state, 0.0):
                 return state
-            request = PlanRequest(
-                number=state.request_count + 1,
-                state=state,
-                swing=self._swing(state),
-                made=sample.time,
-                begin=sample.time + ahead * T,
-                samples=state.window.count,
-            )
-            state = replace(state, request=request, request_count=request.number, answer=None)
+            begin = sample.time + ahead * T
+            state, _ = self._requested(state, self._swing(state), sample.time, begin)
         if k < end:
             return state
         request, answer = state.request, state.answer
@@ -580,8 +558,8 @@ class TrackedLandingController(LandingController):
         if not state.track or not state.efforts:
             return super()._after_series(state, swing)
         last = state.flights[-1]
-        sent, seen = np.array(tuple(state.efforts)), np.array(tuple(state.track))[:, 1:]
-        seen = with_lag(seen, self._lag(state), self.sampling_time)
+        sent = np.array(tuple(state.efforts))
+        seen = with_lag(state.seen(), self._lag(state), self.sampling_time)
         n = min(sent.size, last.planned.effort.size, len(seen) - 1)
         effort = last.planned.effort.copy()
         effort[:n] = sent[:n]
@@ -625,17 +603,6 @@ class TrackedLandingController(LandingController):
         """Return the largest effort that acts: the limit, or less where the drive clips it."""
         drive: DriveFit | None = state.drive
         return self.effort_limit if drive is None else min(self.effort_limit, drive.most)
-
-    def _answer(self, request: PlanRequest, state: Any, planned: Any) -> PlanAnswer:
-        plain = super()._answer(request, state, planned)
-        values = {each.name: getattr(plain, each.name) for each in fields(plain)}
-        return TrackedAnswer(**values, drive=state.drive, load=state.load)
-
-    def _learned_of(self, state: LandingState, answer: PlanAnswer) -> Any:
-        state = super()._learned_of(state, answer)
-        if not isinstance(answer, TrackedAnswer):
-            return state
-        return replace(state, drive=answer.drive, load=answer.load)
 
     def _by_noise(self, planned: PulseSeries) -> float:
         del planned

@@ -312,8 +312,8 @@ class CorrectedSeries(PulseSeries):
         return _between(self._planned(i), self._planned(i + 1), k - i, self.sampling_time)
 
     def _planned(self, i: int) -> Deviation:
-        x, v, x2, v2 = self.position, self.velocity, self.load_position, self.load_velocity
-        return float(x[i]), float(v[i]), float(x2[i]), float(v2[i])
+        x, v, x2, v2 = self.states[i].tolist()
+        return x, v, x2, v2
 
     def _scaled(self, r: Deviation) -> Float[np.ndarray, " 4"]:
         return np.array([r[0], r[1] / self.frequency, r[2], r[3] / self.frequency])

@@ -29,7 +29,7 @@ class DriveFit:
     m1 (v_{k+1} - v_k) + ks int (x1 - x2) dt = T sum_j w_j u_{k-j} - f_c T sign(v) - c (x_{k+1} -
     x_k) while mass 1 slips one way. The delay is sum_j j w_j / sum_j w_j samples, the gain of the
     drive sum_j w_j. It is Bayesian linear regression with normal prior. Where the motion that it
-    was seen by is late, by ``lag`` samples, that is part of the fitted shares. Efforts beyond
+    was seen by lags by ``lag`` samples, that is part of the fitted shares. Efforts beyond
     ``most`` are clipped.
     """
 
@@ -77,8 +77,8 @@ class DriveFit:
     def after(self, series: "SeenSeries", limit: float) -> "DriveFit":
         """Return the estimate after a series whose efforts were clipped at a limit [N or N m].
 
-        The weight of a row is that of the residuals of the series. A series by which there is no
-        Coulomb friction teaches nothing.
+        The weight of a row is that of the residuals of the series. From a series by which there is
+        no Coulomb friction nothing is learned.
         """
         fitted = self._fitted(series, limit)
         if fitted is None:

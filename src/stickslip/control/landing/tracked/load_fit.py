@@ -57,7 +57,7 @@ class LoadFit:
 
     @property
     def losses(self) -> LoadLosses:
-        """What brakes mass 2, for the mass 2 of ``arm``; what is not certain counts as none."""
+        """Losses, for the mass 2 of ``arm``; those that are not certain count as none."""
         if not self.rows:
             return NO_LOSSES
         stiffer, *losses = self.sure.tolist()

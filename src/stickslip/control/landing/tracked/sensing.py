@@ -1,6 +1,6 @@
-"""What sensors of an arm do not show: velocities, the load, and how late velocities are.
+"""Velocities and load of an arm that are not measured, and the lag of velocities.
 
-Velocities of a filter are late, and differences of positions by half a sample.
+Velocities of a filter lag, and differences of positions by half a sample.
 """
 
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ _LEAST, _MOST = 0.02, 4.0  # samples
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityLag:
-    """Estimate of the time by which measured velocities are late.
+    """Estimate of the lag of measured velocities.
 
     The mean velocity over a sample is d = (x - x_) / T - (v + v_) / 2 more than the mean of the
     measured ones, and d = a tau with the acceleration a. It is a regression of d on a: of mass 2,
@@ -89,20 +89,20 @@ def swing_deviation(
 def with_lag(
     seen: Float[np.ndarray, "n 4"], lag: float, sampling_time: float
 ) -> Float[np.ndarray, "n 4"]:
-    """Return positions and velocities of a series, the positions as late as the velocities [s]."""
+    """Return positions and velocities of a series, the positions with the lag of velocities [s]."""
     if lag == 0.0:
         return seen
     k = np.arange(len(seen), dtype=np.float64)
     at = np.maximum(k - lag / sampling_time, 0.0)
     s = at - np.floor(at)
-    late = seen.copy()
+    lagging = seen.copy()
     for column in (0, 2):
         position = seen[:, column]
         bend = np.zeros_like(position)
         bend[1:-1] = np.diff(position, 2)
         straight = np.interp(at, k, position)
-        late[:, column] = straight - 0.5 * s * (1.0 - s) * np.interp(at, k, bend)
-    return late
+        lagging[:, column] = straight - 0.5 * s * (1.0 - s) * np.interp(at, k, bend)
+    return lagging
 
 
 def with_velocities(

@@ -50,7 +50,7 @@ class TrackedState(LandingState):
 
 @dataclass(frozen=True, kw_only=True)
 class TrackedAnswer(PlanAnswer):
-    """Answer to a request, with what the last series has taught of drive and load."""
+    """Answer to a request, with what was learned of drive and load."""
 
-    drive: DriveFit | None
-    load: LoadFit
+    drive: DriveFit | None  #: As of `TrackedState`.
+    load: LoadFit  #: As of `TrackedState`.
