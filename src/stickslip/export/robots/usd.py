@@ -9,7 +9,15 @@ from pathlib import Path
 from typing import Any, Literal
 
 from stickslip.errors import RequiredExtra
-from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered, choices
+from stickslip.export.base import (
+    IN_A_JOINT,
+    Exporter,
+    ExportSettings,
+    FileToEdit,
+    Rendered,
+    choices,
+    prefix,
+)
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, armature, check_kind, edited_file
 from stickslip.export.templates import filled_in, heading, notes_on, number
@@ -41,8 +49,7 @@ class UsdExporter(Exporter):
     represents: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "static_friction")
     cannot: Mapping[str, str] = field(
         default_factory=lambda: {
-            "direction": "is replaced by the mean of both directions",
-            "offset": "is left out: a joint has no constant effort",
+            **IN_A_JOINT,
             "stribeck_velocity": "is left out: PhysX changes from static to dynamic friction when "
             "the joint moves; Newton has one friction value, and it gets the Coulomb friction",
         }
@@ -86,7 +93,7 @@ class UsdExporter(Exporter):
                         "schemas": [each.format(axis=axis) for each in _SCHEMAS],
                     }
                 )
-                notes += [f"{name}: {each}" if len(axes) > 1 else each for each in remark]
+                notes += [prefix(name, axes) + each for each in remark]
             present.check(overwrite=settings.overwrite)
             default = stage.GetDefaultPrim()
             default_prim = default.GetName() if default else ""
