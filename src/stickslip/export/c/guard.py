@@ -22,6 +22,7 @@ from stickslip.export.c.translator.types import (
     Vector,
 )
 from stickslip.export.c.translator.unit import Function, Unit
+from stickslip.export.c.translator.values import python_of
 
 _INDENT = "    "
 
@@ -56,7 +57,10 @@ class GuardOverrides:
 
     def kernels(self) -> dict[Any, Callable[[Unit], Function]]:
         """Return what is written in place of each kernel."""
-        return {_python(guard.keep_state): self._keep, _python(guard.restore_state): self._restore}
+        return {
+            python_of(guard.keep_state): self._keep,
+            python_of(guard.restore_state): self._restore,
+        }
 
     def first_copy(self) -> list[str]:
         """Return the statements that copy the first state."""
@@ -131,8 +135,3 @@ class GuardOverrides:
             prototype=f"static {unit.type_name(result)} {name}({arguments})",
             body="".join(f"{_INDENT}{line}\n" for line in lines),
         )
-
-
-def _python(dispatcher: Any) -> Any:
-    """Return the Python function of a kernel."""
-    return getattr(dispatcher, "py_func", dispatcher)

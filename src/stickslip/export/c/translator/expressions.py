@@ -41,6 +41,7 @@ from stickslip.export.c.translator.values import (
     constant,
     element,
     field_of,
+    python_of,
     quotient,
     unified,
 )
@@ -344,8 +345,8 @@ class Expressions(ABC):
             return self.gathered([element(array, [constant(k)]) for k in places])
         if getattr(function, "__qualname__", "") == "fields_at.<locals>.fields":
             return self._fields(function, self.value(node.args[0]))
-        if isinstance(getattr(function, "py_func", function), types.FunctionType):
-            return self._kernel_call(getattr(function, "py_func", function), node)
+        if isinstance(kernel := python_of(function), types.FunctionType):
+            return self._kernel_call(kernel, node)
         values = [self.value(each) for each in node.args]
         self._one_effect(node, values)
         return self._built_in(function, values, node)

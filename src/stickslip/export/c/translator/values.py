@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 from stickslip.export.c.translator.types import (
     BOOL,
@@ -177,6 +178,11 @@ def comparison(operator: str, left: Value, right: Value) -> Value:
     rank = EQ if operator in ("==", "!=") else REL
     code = f"{left.within(rank, right=True)} {operator} {right.within(rank, right=True)}"
     return Value(BOOL, code, rank, impure=left.impure or right.impure)
+
+
+def python_of(function: Any) -> Any:
+    """Return the Python function of a compiled kernel; other objects are returned as they are."""
+    return getattr(function, "py_func", function)
 
 
 def field_of(pointer: str, name: str) -> str:
