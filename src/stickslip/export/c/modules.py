@@ -53,7 +53,7 @@ class Module:
     unit: Unit  #: The translated kernels.
     entries: Mapping[str, str]  #: Names in C of the kernels that its functions call.
     layout: Layout | None = None  #: Of the state; None for the law, which has none.
-    #: Fields of the state that `init` sets, as ``member.field`` or the name of a flat part.
+    #: Fields of the state that `init` sets, as ``member.field``.
     first: tuple[str, ...] = ()
     copied: str = ""  #: A part of the state that begins as a copy of others.
     copies: tuple[str, ...] = ()  #: The statements for that.

@@ -23,6 +23,7 @@ from stickslip.export.c.translator.types import (
     Type,
     UntranslatableError,
     Vector,
+    item_of,
 )
 from stickslip.export.c.translator.values import (
     AND,
@@ -144,7 +145,7 @@ class Expressions(ABC):
         if name in struct.pins:
             return constant(struct.pins[name])
         struct.read.add(name)
-        inner = kind.item if isinstance(kind, Array) else kind
+        inner = item_of(kind)
         if isinstance(inner, Record):
             halves = inner.struct.halves or ("state",)
             states, configs = "state" in halves, "config" in halves

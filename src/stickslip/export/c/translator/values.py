@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any
 
 from stickslip.export.c.translator.types import (
@@ -82,13 +83,12 @@ def unified(first: Type, second: Type) -> Type:
     order: list[Type] = [BOOL, INT, REAL]
     if first in order and second in order:
         return order[max(order.index(first), order.index(second))]
-    if (
-        isinstance(first, Array)
-        and isinstance(second, Array)
-        and (first.dims, first.item) == (second.dims, second.item)
-    ):
-        return replace(first, const=first.const or second.const)
     raise UntranslatableError(f"a value is a {first} and a {second}")
+
+
+def common_type(values: list[Value]) -> Type:
+    """Return the type that holds all of some values."""
+    return reduce(unified, (value.type for value in values))
 
 
 def cast(value: Value, to: Type) -> Value:
