@@ -5,6 +5,7 @@ import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Literal
 
@@ -190,11 +191,12 @@ class _Units:
 def _values(parameters: ExportParameters, inertia: float | None, units: _Units) -> dict[str, float]:
     """Return the attributes of a joint."""
     length, mass = 1.0 / units.metre, 1.0 / units.kilogram
-    rotary = parameters.kind == "rotary"
-    axis = "angular" if rotary else "linear"
-    effort = mass * length**2 if rotary else mass * length
-    per_velocity = mass * length**2 * _PER_DEGREE if rotary else mass
-    of_inertia = mass * length**2 if rotary else mass
+    if parameters.kind == "rotary":
+        axis, scale = "angular", mass * length**2
+        effort, per_velocity = scale, scale * _PER_DEGREE
+    else:
+        axis, scale = "linear", mass
+        effort, per_velocity = mass * length, mass
     coulomb = parameters.mean("coulomb_friction")
     static = parameters.mean("static_friction")
     viscous = parameters.mean("viscous_friction")
@@ -209,8 +211,8 @@ def _values(parameters: ExportParameters, inertia: float | None, units: _Units) 
         values[f"physxJointAxis:{axis}:viscousFrictionCoefficient"] = viscous * per_velocity
         values["newton:damping"] = viscous * per_velocity
     if inertia is not None:
-        values[f"physxJointAxis:{axis}:armature"] = inertia * of_inertia
-        values["newton:armature"] = inertia * of_inertia
+        values[f"physxJointAxis:{axis}:armature"] = inertia * scale
+        values["newton:armature"] = inertia * scale
     return values
 
 
@@ -230,19 +232,20 @@ def _tree(prims: list[dict[str, Any]]) -> list[tuple[int, str, dict[str, Any] | 
     """Return the lines of nested overs: depth, name (empty for an end), and what a joint has."""
     lines: list[tuple[int, str, dict[str, Any] | None]] = []
     open_names: list[str] = []
-    for prim in sorted(prims, key=lambda each: each["names"]):
-        *around, name = prim["names"]
-        common = 0
-        while common < min(len(around), len(open_names)) and around[common] == open_names[common]:
-            common += 1
-        while len(open_names) > common:
+
+    def close(depth: int) -> None:
+        while len(open_names) > depth:
             open_names.pop()
             lines.append((len(open_names), "", None))
+
+    for prim in sorted(prims, key=lambda each: each["names"]):
+        *around, name = prim["names"]
+        pairs = zip(around, open_names, strict=False)
+        common = len(list(takewhile(lambda pair: pair[0] == pair[1], pairs)))
+        close(common)
         for each in around[common:]:
             lines.append((len(open_names), each, None))
             open_names.append(each)
         lines.append((len(open_names), name, prim))
-    while open_names:
-        open_names.pop()
-        lines.append((len(open_names), "", None))
+    close(0)
     return lines
