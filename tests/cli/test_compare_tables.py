@@ -5,6 +5,7 @@ import io
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rich.console import Console
@@ -13,8 +14,10 @@ from stage_log import csv_text, table
 from stickslip import EstimationTask
 from stickslip.presentation.terminal import print_comparison
 from stickslip.records import (
+    ComparedEstimator,
     EstimatorComparison,
     EstimatorStudy,
+    FrictionEstimate,
     ModelSelection,
     Status,
     TermScore,
@@ -52,11 +55,31 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Compare:
     return functools.cache(lambda *only: compare_log(path, only=only))
 
 
+def energy_of(compared: Compare) -> tuple[EstimatorComparison, ComparedEstimator, FrictionEstimate]:
+    """Return the comparison of the energy estimator alone, and what it compares."""
+    found = compared("energy")
+    (energy,) = found.compared
+    assert energy.estimate is not None
+    return found, energy, energy.estimate
+
+
+def with_mass(
+    estimate: FrictionEstimate, value: float, ci95: tuple[float, float], **changes: Any
+) -> FrictionEstimate:
+    """Return an estimate with another mass."""
+    mass = replace(estimate.parameters["mass"], value=value, ci95=ci95)
+    return replace(estimate, parameters={**estimate.parameters, "mass": mass}, **changes)
+
+
 def printed(found: EstimatorComparison | EstimatorStudy, width: int) -> list[str]:
     console = Console(file=io.StringIO(), width=width, markup=False, highlight=False)
     print_comparison(console, found)
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue().splitlines()
+
+
+def text_of(found: EstimatorComparison) -> str:
+    return " ".join(" ".join(printed(found, 120)).split())
 
 
 @pytest.mark.parametrize("width", [NARROW, 120])
@@ -77,7 +100,7 @@ def test_tables_of_a_log_are_as_many_as_it_takes(width: int, compared: Compare) 
 
 
 def test_an_estimate_that_is_not_to_be_trusted_has_a_reason(compared: Compare) -> None:
-    text = " ".join(" ".join(printed(compared(*SEVERAL), 120)).split())
+    text = text_of(compared(*SEVERAL))
     reason = "stribeck-energy: Static friction, Stribeck velocity: no step"
     assert f"- {reason}" in text.split("Not to be trusted:")[1]
     trusted = compared("energy")
@@ -93,7 +116,7 @@ def test_a_method_without_intervals_is_not_ok(compared: Compare) -> None:
         assert (
             (each["estimate"]["status"] == "no_interval") == without == (each["name"] in observers)
         )
-    text = " ".join(" ".join(printed(found, 120)).split())
+    text = text_of(found)
     assert "liao-chien, gradient: The method gives no confidence intervals" in text
 
 
@@ -108,14 +131,14 @@ def test_contradictory_results_are_named_with_their_intervals(compared: Compare)
     assert mass.value is not None
     assert mass.std is not None
     value = mass.value + 20.0 * mass.std
-    shifted = replace(mass, value=value, ci95=(value - 2.0 * mass.std, value + 2.0 * mass.std))
-    estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": shifted})
+    shifted = (value - 2.0 * mass.std, value + 2.0 * mass.std)
+    estimate = with_mass(energy.estimate, value, shifted)
     contradicting = replace(found, compared=(energy, replace(other, estimate=estimate)))
     (one,) = contradicting.contradictions
     assert one.parameter == "mass"
-    assert dict(one.intervals) == {"energy": mass.ci95, "idim-ls": shifted.ci95}
+    assert dict(one.intervals) == {"energy": mass.ci95, "idim-ls": shifted}
     assert contradicting.to_dict()["contradictions"] == [one.to_dict()]
-    text = " ".join(" ".join(printed(contradicting, 120)).split())
+    text = text_of(contradicting)
     assert "Contradictory results: at least one method is wrong. - Mass [kg]: energy" in text
     doubted = replace(estimate, status=Status.POOR_FIT)
     doubtful = replace(found, compared=(energy, replace(other, estimate=doubted)))
@@ -126,15 +149,12 @@ def test_contradictory_results_are_named_with_their_intervals(compared: Compare)
 def test_intervals_that_touch_do_not_contradict(
     gap: float, contradicts: bool, compared: Compare
 ) -> None:
-    found = compared("energy")
-    (energy,) = found.compared
-    assert energy.estimate is not None
-    mass = energy.estimate.parameters["mass"]
-    assert mass.ci95 is not None
-    low = mass.ci95[1] + gap
-    moved = replace(mass, value=low + 1.0, ci95=(low, low + 2.0))
-    estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": moved})
-    pair = (energy, replace(energy, name="other", estimate=estimate))
+    found, energy, estimate = energy_of(compared)
+    ci95 = estimate.parameters["mass"].ci95
+    assert ci95 is not None
+    low = ci95[1] + gap
+    moved = with_mass(estimate, low + 1.0, (low, low + 2.0))
+    pair = (energy, replace(energy, name="other", estimate=moved))
     assert bool(replace(found, compared=pair).contradictions) == contradicts
 
 
@@ -155,23 +175,9 @@ def test_the_method_that_stands_alone_is_named(
     places: tuple[float, ...], alone: str, compared: Compare
 ) -> None:
     """Intervals of half-width 1 around the places; they are estimators a, b, c and d."""
-    found = compared("energy")
-    (energy,) = found.compared
-    assert energy.estimate is not None
-    estimate = energy.estimate
-    mass = estimate.parameters["mass"]
+    found, energy, estimate = energy_of(compared)
     four = tuple(
-        replace(
-            energy,
-            name=name,
-            estimate=replace(
-                estimate,
-                parameters={
-                    **estimate.parameters,
-                    "mass": replace(mass, value=place, ci95=(place - 1.0, place + 1.0)),
-                },
-            ),
-        )
+        replace(energy, name=name, estimate=with_mass(estimate, place, (place - 1.0, place + 1.0)))
         for name, place in zip("abcd", places, strict=False)
     )
     contradicting = replace(found, compared=four)
@@ -179,7 +185,7 @@ def test_the_method_that_stands_alone_is_named(
     assert one.alone == alone
     assert contradicting.alone == ({alone} if alone else frozenset())
     assert one.to_dict()["alone"] == (alone or None)
-    text = " ".join(" ".join(printed(contradicting, 120)).split())
+    text = text_of(contradicting)
     assert (f"{alone} stands alone, the others agree" in text) == bool(alone)
     assert ("ok, alone" in text) == bool(alone)
 
@@ -188,22 +194,16 @@ def test_the_method_that_stands_alone_is_named(
 def test_a_method_with_more_terms_is_not_doubted_for_standing_alone(
     selected: bool, compared: Compare
 ) -> None:
-    found = compared("energy")
-    (energy,) = found.compared
-    assert energy.estimate is not None
-    mass = replace(energy.estimate.parameters["mass"], value=90.0, ci95=(89.0, 91.0))
+    found, energy, plain = energy_of(compared)
     spring = TermScore(
         term="spring", text="", selected=selected, p_value=0.0, gain=1.0, gain_std=0.1, share=0.1
     )
-    estimate = replace(
-        energy.estimate,
-        parameters={**energy.estimate.parameters, "mass": mass},
-        selection=ModelSelection(summary="", scores=(spring,)),
-    )
+    selection = ModelSelection(summary="", scores=(spring,))
+    estimate = with_mass(plain, 90.0, (89.0, 91.0), selection=selection)
     others = tuple(replace(energy, name=name) for name in ("first", "second"))
     pair = (replace(energy, name="auto", estimate=estimate), *others)
     found = replace(found, compared=pair)
-    text = " ".join(" ".join(printed(found, 120)).split())
+    text = text_of(found)
     assert "auto stands alone, the others agree" in text
     assert ("and may lack its terms (spring)" in text) == selected
     assert ("ok, alone" in text) != selected

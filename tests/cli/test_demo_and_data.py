@@ -63,6 +63,4 @@ def test_data_prints_where_the_benchmark_is(
     [(("--out", "x", "--seed", "1.5"), "not a whole number"), (("--out", ""), "it is empty")],
 )
 def test_the_demo_guesses_nothing(run: Run, arguments: tuple[str, ...], message: str) -> None:
-    outcome = run("demo", *arguments)
-    assert outcome.code == 2
-    assert message in outcome.err
+    run("demo", *arguments).refused(message)

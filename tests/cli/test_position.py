@@ -90,9 +90,7 @@ def test_uncertainty_of_an_estimate(
 
 
 def test_missing_scenario(run: Run, tmp_path: Path) -> None:
-    line = run("position", tmp_path / "no.toml").line()
-    assert "no such scenario file" in line
-    assert "check the path" in line
+    run("position", tmp_path / "no.toml").refused("no such scenario file", "check the path")
 
 
 @pytest.mark.parametrize("option", ["--json", "--report", "--learned"])
@@ -120,24 +118,24 @@ def test_bad_output_is_found_before_the_run(
     (tmp_path / "estimate.json").write_text(json.dumps(ESTIMATE))
     scenario = scenario_file(AXIS, tmp_path, ESTIMATED)
     before = {path: path.read_text() for path in tmp_path.iterdir()}
-    line = run("position", scenario, option, tmp_path / place).line()
-    assert option in line
-    assert problem in line
+    run("position", scenario, option, tmp_path / place).refused(option, problem)
     assert {path: path.read_text() for path in tmp_path.iterdir()} == before
 
 
 def test_two_outputs_in_one_file(run: Run, tmp_path: Path) -> None:
     same = tmp_path / "same"
     scenario = scenario_file(AXIS, tmp_path)
-    line = run("position", scenario, "--json", same, "--learned", same).line()
-    assert "--json and --learned name the same file" in line
+    run("position", scenario, "--json", same, "--learned", same).refused(
+        "--json and --learned name the same file"
+    )
 
 
 def test_method_that_learns_nothing_saves_nothing(run: Run, tmp_path: Path) -> None:
     changes = "controller = {method = 'pid', bandwidth = 2.0}\nguess.coulomb_friction = 'absent'"
     learned = tmp_path / "learned.json"
-    line = run("position", scenario_file(AXIS, tmp_path, changes), "--learned", learned).line()
-    assert "learns nothing" in line
+    run("position", scenario_file(AXIS, tmp_path, changes), "--learned", learned).refused(
+        "learns nothing"
+    )
     assert not learned.exists()
 
 
@@ -315,8 +313,7 @@ def test_arm_under_feedback_alone(run: Run, tmp_path: Path) -> None:
     assert document["runs"][0]["estimates"]["coulomb_friction"][0] == 0.15
     assert document["believed"]["coulomb_friction"] == "learned learned.json"
     assert "series" not in outcome.err
-    line = run("position", scenario, "--learned", tmp_path / "b.json").line()
-    assert "learns nothing" in line
+    run("position", scenario, "--learned", tmp_path / "b.json").refused("learns nothing")
 
 
 def test_too_short_a_move_teaches_nothing(run: Run, tmp_path: Path) -> None:

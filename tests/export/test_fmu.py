@@ -74,12 +74,16 @@ def unit(
     return content
 
 
+def extract(content: Any, folder: Path) -> None:
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        archive.extractall(folder)
+
+
 class Instance:
     """A unit compiled from its sources and instantiated by FMPy, by the names of its variables."""
 
     def __init__(self, content: bytes, folder: Path) -> None:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            archive.extractall(folder)
+        extract(content, folder)
         self.description = fmpy.read_model_description(str(folder))
         version, name = self.description.fmiVersion, self.description.coSimulation.modelIdentifier
         where = folder / "binaries" / ("linux64" if version == "2.0" else "x86_64-linux")
@@ -89,7 +93,6 @@ class Instance:
             command += ["-fPIC", "fmi.c", "-o", str(where / f"{name}.so"), "-lm"]
             subprocess.run(command, cwd=folder / "sources", check=True)
         self.numbers = {each.name: each.valueReference for each in self.description.modelVariables}
-        self.logged: list[str] = []
         made: Any = FMU2Slave if version == "2.0" else FMU3Slave
         self.unit = made(
             guid=self.description.guid, unzipDirectory=str(folder), modelIdentifier=name
@@ -153,8 +156,7 @@ def test_names_that_are_special_in_xml_and_c_are_kept_apart(version: str, tmp_pa
     )
     content = result.rendered.files[""]
     assert validate_fmu(io.BytesIO(content)) == []  # type: ignore[arg-type]
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:  # type: ignore[arg-type]
-        archive.extractall(tmp_path)
+    extract(content, tmp_path)
     for path in (tmp_path / "sources").glob("*.[ch]"):
         assert "*/ \x01" not in path.read_text()
 
@@ -182,8 +184,7 @@ def test_constants_and_units_are_in_the_description(version: str) -> None:
 @needs_compiler
 def test_the_functions_are_those_of_the_standard(version: str, tmp_path: Path) -> None:
     """With the header of the standard the same definitions compile, and none is missing."""
-    with zipfile.ZipFile(io.BytesIO(unit("fmu", version))) as archive:
-        archive.extractall(tmp_path)
+    extract(unit("fmu", version), tmp_path)
     sources, library = tmp_path / "sources", tmp_path / "unit.so"
     header = [f"-I{HEADERS}", "-DSTICKSLIP_FMI_HEADER", "-DFMI3_OVERRIDE_FUNCTION_PREFIX"]
     command = [str(COMPILER), *STRICT, *header, "-shared", "-fPIC", "fmi.c", "-o", str(library)]
@@ -205,8 +206,7 @@ def test_the_functions_are_those_of_the_standard(version: str, tmp_path: Path) -
 def test_two_units_are_linked_to_one_program(tmp_path: Path) -> None:
     """As sources, names are the unit's own."""
     for name in ("one", "two"):
-        with zipfile.ZipFile(io.BytesIO(unit("fmu-observer", "3.0"))) as archive:
-            archive.extractall(tmp_path / name)
+        extract(unit("fmu-observer", "3.0"), tmp_path / name)
         sources = tmp_path / name / "sources"
         for path in sources.glob("*.c"):
             path.write_text(path.read_text().replace("elbow_observer", f"{name}_observer"))
@@ -464,8 +464,7 @@ def test_the_windows_binary_computes_as_that_of_linux(
         elsewhere.setattr(platform, "system", lambda: "Windows")
         content = unit(target, version, "host")
     folders = [tmp_path / "windows", tmp_path / "linux"]
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        archive.extractall(folders[0])
+    extract(content, folders[0])
     (library,) = folders[0].glob("binaries/*/*.dll")
     linux = Instance(unit(target, version), folders[1]).begin()
     times = np.arange(3000) * T

@@ -314,18 +314,23 @@ def mujoco_model(xml):
     return mujoco, mujoco.MjModel.from_xml_string(xml)
 
 
-def velocities(xml, times, start, load=0.0):
-    """Return position and velocity of the first joint under a constant load."""
+def stepped(xml, times, start, load):
+    """Return position and velocity of the first joint under a load that is a function of time."""
     mujoco, model = mujoco_model(xml)
     data = mujoco.MjData(model)
     data.qvel[0] = start
-    data.qfrc_applied[0] = load
     states = []
     for time in times:
         while data.time < time - 1e-9:
+            data.qfrc_applied[0] = load(data.time)
             mujoco.mj_step(model, data)
         states.append((float(data.qpos[0]), float(data.qvel[0])))
     return np.array(states)
+
+
+def velocities(xml, times, start, load=0.0):
+    """Return position and velocity of the first joint under a constant load."""
+    return stepped(xml, times, start, lambda _: load)
 
 
 def exact(law, times, start, load=0.0):
@@ -343,25 +348,29 @@ def exact(law, times, start, load=0.0):
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=COULOMB, viscous_friction=VISCOUS)
 
 
-@pytest.mark.parametrize("degrees", [True, False])
-@pytest.mark.parametrize("step", ["0.0005", "0.001", "0.002", "0.004"])
-def test_mujoco_decelerates_as_the_estimate_does(degrees, step):
-    into = MJCF.replace("'0.001'", f"'{step}'")
-    into = into if degrees else into.replace('angle="degree"', 'angle="radian"')
+@pytest.fixture(params=["degree", "radian"])
+def angle(request):
+    return request.param
+
+
+@pytest.fixture(params=["0.0005", "0.001", "0.002", "0.004"])
+def any_model(request, angle):
+    """Return a model of any unit of angles and any time step."""
+    into = MJCF.replace("'0.001'", f"'{request.param}'")
+    return into.replace('angle="degree"', f'angle="{angle}"')
+
+
+def test_mujoco_decelerates_as_the_estimate_does(any_model):
     times = np.array([0.06, 0.12, 0.16, 0.2])
-    found = velocities(edited("mjcf", into=into), times, start=6.0)[:, 1]
+    found = velocities(edited("mjcf", into=any_model), times, start=6.0)[:, 1]
     expected = exact(LAW, times, start=6.0)
     assert np.abs(found - expected) == pytest.approx(0.0, abs=DECELERATION * 6.0)
     assert 6.0 - found == pytest.approx(6.0 - expected, rel=DECELERATION)
 
 
-@pytest.mark.parametrize("degrees", [True, False])
-@pytest.mark.parametrize("step", ["0.0005", "0.001", "0.002", "0.004"])
 @pytest.mark.parametrize("share", [0.3, 0.9, -0.9])
-def test_mujoco_holds_below_the_friction(degrees, step, share):
-    into = MJCF.replace("'0.001'", f"'{step}'")
-    into = into if degrees else into.replace('angle="degree"', 'angle="radian"')
-    xml = edited("mjcf", into=into)
+def test_mujoco_holds_below_the_friction(any_model, share):
+    xml = edited("mjcf", into=any_model)
     position = velocities(xml, [10.0], start=0.0, load=share * COULOMB)[0, 0]
     assert abs(position) < CREEP
 
@@ -447,17 +456,8 @@ WITH_STATIC = {"static_friction": STATIC, "stribeck_velocity": STRIBECK}
 
 def ramped(xml, loads, start=0.0):
     """Return position and velocity where each load ends: (end time, load there), linear between."""
-    mujoco, model = mujoco_model(xml)
-    data = mujoco.MjData(model)
-    data.qvel[0] = start
     times, efforts = np.array([(0.0, 0.0), *loads]).T
-    states = []
-    for time in times[1:]:
-        while data.time < time - 1e-9:
-            data.qfrc_applied[0] = np.interp(data.time, times, efforts)
-            mujoco.mj_step(model, data)
-        states.append((float(data.qpos[0]), float(data.qvel[0])))
-    return np.array(states)
+    return stepped(xml, times[1:], start, lambda time: np.interp(time, times, efforts))
 
 
 def test_mujoco_holds_and_breaks_away_at_the_static_friction():

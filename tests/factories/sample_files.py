@@ -23,6 +23,8 @@ from measurement_files import (
 from message_files import write_mcap_json, write_mcap_protobuf, write_ros_1, write_ros_2_file
 from rosbags.rosbag2 import StoragePlugin
 
+from stickslip.logs.formats.registry import folder_format, format_of
+
 
 def motion(samples=60, seed=20):
     """Return, by channel, a motion in numbers of 17 digits."""
@@ -145,3 +147,10 @@ WITH_RATES = {
 """Writers of groups of columns with time stamps of their own."""
 
 EVERY_FILE = {**OF_ALL_CHANNELS, **OF_JOINTS, **OF_A_MECHANISM, **COMPRESSED, **WITH_RATES}
+
+
+def read(path):
+    """Return the table of a file or folder, and all its columns."""
+    entry = folder_format(path) if path.is_dir() else format_of(path)
+    table = entry.read(path)
+    return table, table.load(list(table.headers))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.logs import LogSchema, read_axes, read_log
 from stickslip.records import InputError
@@ -72,10 +73,8 @@ def test_two_joints_in_one_file(file):
     check(logs["shoulder"], 0)
     check(logs["elbow"], 1)
     check(read_log(path, axis="elbow"), 1)
-    with pytest.raises(InputError) as caught:
+    with refuses("axis_not_chosen", axes=["shoulder", "elbow"]):
         read_log(path)
-    assert caught.value.code == "axis_not_chosen"
-    assert caught.value.quantities["axes"] == ["shoulder", "elbow"]
 
 
 def test_ros_stamps_in_nanoseconds(file):
@@ -209,9 +208,8 @@ def test_column_pattern_of_a_user(file):
     assert list(logs) == ["a", "b"]
     check(logs["a"], 0)
     check(logs["b"], 1)
-    with pytest.raises(InputError) as caught:
+    with refuses("pattern_without_column"):
         read_axes(path, LogSchema(kind="rotary", position="{axis}.pos", effort="{axis}.i"))
-    assert caught.value.code == "pattern_without_column"
 
 
 def test_commanded_motion_is_not_measured(file):
@@ -235,10 +233,8 @@ def test_units_tell_a_current_from_a_position(file):
 
 def test_axes_that_do_not_match(file):
     q, _, tau = motion(0)
-    with pytest.raises(InputError) as caught:
+    with refuses("axis_incomplete", positions=["cart"]):
         read_log(file(["t", "cart_pos", "pole_torque"], [TIME, q, tau]), LogSchema(kind="rotary"))
-    assert caught.value.code == "axis_incomplete"
-    assert caught.value.quantities["positions"] == ["cart"]
 
 
 def test_a_stated_position_chooses_its_axis(file):
@@ -271,9 +267,8 @@ def test_units_of_time_by_their_step(file, factor, offset, known):
         log = read_log(path)
         np.testing.assert_allclose(log.time - log.time[0], TIME, atol=3e-6)
         return
-    with pytest.raises(InputError) as caught:
+    with refuses("time_unit_unknown"):
         read_log(path)
-    assert caught.value.code == "time_unit_unknown"
 
 
 @pytest.mark.parametrize(
@@ -321,18 +316,16 @@ def test_a_text_that_may_be_a_unit_is_not_passed_over(file, header):
     path = file(["time_s", header, "vel", "torque"], [TIME, q, dq, tau])
     if "," in header:
         path.write_text(path.read_text().replace(header, f'"{header}"'))
-    with pytest.raises(InputError) as caught:
+    with refuses("unit_unread"):
         read_log(path)
-    assert caught.value.code == "unit_unread"
     check(read_log(path, LogSchema(units={"position": "rad"})), 0)
 
 
 @pytest.mark.parametrize("header", ["current (A/10)", "current (dA)", "torque (N/10)"])
 def test_a_factor_of_an_effort_is_not_passed_over(file, header):
     q, dq, tau = motion(0)
-    with pytest.raises(InputError) as caught:
+    with refuses("unit_unread"):
         read_log(file(["time_s", "angle", "vel", header], [TIME, q, dq, tau]))
-    assert caught.value.code == "unit_unread"
 
 
 def test_a_factor_before_a_unit(file):
@@ -421,10 +414,8 @@ def test_an_axis_of_twincat_counts_once(file):
 def test_a_long_log_with_steps_of_about_one_may_be_in_milliseconds(file, step):
     q, dq, tau = motion(0)
     path = file(["t", "angle", "vel", "torque"], [np.arange(N) * float(step), q, dq, tau])
-    with pytest.raises(InputError) as caught:
+    with refuses("time_unit_unknown", units=["s", "ms"]):
         read_log(path)
-    assert caught.value.code == "time_unit_unknown"
-    assert caught.value.quantities["units"] == ["s", "ms"]
     assert read_log(path, LogSchema(units={"time": "ms"})).sampling_time == pytest.approx(
         1e-3 * step
     )

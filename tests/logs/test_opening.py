@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from sample_files import COMPRESSED, OF_ALL_CHANNELS, OF_JOINTS, text_of
 
-from stickslip.logs import LogSchema, read_axes, read_log, read_schema
+from stickslip.logs import LogSchema, read_axes, read_log, read_schema, reading
 from stickslip.records import InputError, MissingExtraError
 
 LINEAR = LogSchema(kind="linear")
@@ -28,6 +28,30 @@ def _no_folders_are_left(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
     yield
     assert list(scratch.iterdir()) == []
+
+
+@pytest.fixture
+def standard_input(monkeypatch):
+    """Return a function that gives bytes as the standard input."""
+
+    def give(content):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+
+    return give
+
+
+@pytest.fixture
+def robot(tmp_path):
+    """Return a function that writes a log of two axes, in which a text replaces another."""
+
+    def write(old="", new=""):
+        path = tmp_path / "robot.csv"
+        rows = "\n".join(f"{k},{k * k},{k % 3},{-k * k},{k % 5}" for k in range(50))
+        names = "time [s],a_position [rad],a_torque [N m],b_position [rad],b_torque [N m]"
+        path.write_text(f"{names}\n{rows.replace(old, new) if old else rows}")
+        return path
+
+    return write
 
 
 def refused(location, code):
@@ -99,41 +123,39 @@ def test_a_file_that_is_made_to_fill_the_disk(tmp_path):
     refused(path, "too_large_decompressed")
 
 
-def test_standard_input(columns, expected, same, tmp_path, monkeypatch):
+def test_standard_input(columns, expected, same, tmp_path, standard_input):
     for name in ("comma.csv", "blanks.txt", "parquet.parquet", "version-5.mat", "datasets.h5"):
         OF_ALL_CHANNELS[name](tmp_path / name, columns)
-        content = io.BytesIO((tmp_path / name).read_bytes())
-        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(content))
+        standard_input((tmp_path / name).read_bytes())
         log = read_log("-", LINEAR)
         same(log, expected, name=False)
         assert log.name == "standard input"
 
 
 @pytest.mark.parametrize("name", ["version-1.bag", "ros.mcap", "json.mcap", "protobuf.mcap"])
-def test_messages_from_standard_input(name, columns, tmp_path, monkeypatch):
+def test_messages_from_standard_input(name, columns, tmp_path, standard_input):
     write = {**OF_ALL_CHANNELS, **OF_JOINTS}[name]
     write(tmp_path / name, columns)
-    content = io.BytesIO((tmp_path / name).read_bytes())
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(content))
+    standard_input((tmp_path / name).read_bytes())
     log = next(iter(read_axes("-", LINEAR).values()))
     np.testing.assert_array_equal(log.measured_position, columns["position"])
     assert log.source.files == ("standard input",)
 
 
 @pytest.mark.parametrize("name", [name for name in COMPRESSED if not name.endswith(".zip")])
-def test_compressed_standard_input(name, columns, expected, same, tmp_path, monkeypatch):
+def test_compressed_standard_input(name, columns, expected, same, tmp_path, standard_input):
     COMPRESSED[name](tmp_path / name, columns)
     content = (tmp_path / name).read_bytes()
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+    standard_input(content)
     log = read_log("-", LINEAR)
     same(log, expected, name=False)
     assert log.source.files == ("standard input",)
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content[:-40])))
+    standard_input(content[:-40])
     refused("-", "damaged_compression")
 
 
-def test_no_standard_input(monkeypatch):
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO()))
+def test_no_standard_input(standard_input, monkeypatch):
+    standard_input(b"")
     refused("-", "empty_log")
     monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
     refused(Path("-"), "terminal_as_log")
@@ -235,24 +257,16 @@ def test_many_columns_take_time_in_proportion(tmp_path):
     assert seconds(12_000) < 10 * max(seconds(3_000), 0.1)
 
 
-def test_standard_input_of_the_command_line(columns, monkeypatch, capsys):
+def test_standard_input_of_the_command_line(columns, standard_input, capsys):
     from stickslip.cli import main
 
-    content = io.BytesIO(text_of(columns).encode())
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(content))
+    standard_input(text_of(columns).encode())
     assert main(["inspect", "-", "--kind", "linear"]) == 0
     assert "position is read from column 'position'" in capsys.readouterr().out
 
 
-def test_each_column_is_loaded_once(tmp_path, monkeypatch):
+def test_each_column_is_loaded_once(robot, monkeypatch):
     """Most formats read the whole file for any column."""
-    from stickslip.logs import LogSchema, read_axes, reading
-
-    path = tmp_path / "robot.csv"
-    rows = "\n".join(f"{k},{k * k},{k % 3},{-k * k},{k % 5}" for k in range(50))
-    path.write_text(
-        f"time [s],a_position [rad],a_torque [N m],b_position [rad],b_torque [N m]\n{rows}"
-    )
     asked = []
 
     def counted(*arguments):
@@ -263,21 +277,13 @@ def test_each_column_is_loaded_once(tmp_path, monkeypatch):
 
     open_log = reading.open_log
     monkeypatch.setattr(reading, "open_log", counted)
-    logs = read_axes(path, LogSchema(kind="rotary"))
+    logs = read_axes(robot(), LogSchema(kind="rotary"))
     assert list(logs) == ["a", "b"]
     assert [len(names) for names in asked] == [5]
     assert logs["b"].measured_position[-1] == -(49**2)
 
 
-def test_a_fault_in_one_axis_leaves_the_other(tmp_path):
-    from stickslip.logs import LogSchema, read_axes
-
-    path = tmp_path / "robot.csv"
-    rows = "\n".join(f"{k},{k * k},{k % 3},{-k * k},{k % 5}" for k in range(50))
-    rows = rows.replace("7,49,1,-49,2", "7,49,1,-49,?")
-    path.write_text(
-        f"time [s],a_position [rad],a_torque [N m],b_position [rad],b_torque [N m]\n{rows}"
-    )
-    logs = read_axes(path, LogSchema(kind="rotary"))
+def test_a_fault_in_one_axis_leaves_the_other(robot):
+    logs = read_axes(robot("7,49,1,-49,2", "7,49,1,-49,?"), LogSchema(kind="rotary"))
     assert logs["a"].samples == 50
     assert logs["b"].code == "cell_of_text"

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.logs import LogSchema
 from stickslip.logs.columns.assignment import assign, one_axis
@@ -84,28 +85,24 @@ def test_the_same_stamps_are_left_alone():
 def test_groups_that_do_not_fit(stamps, code):
     made = table({"encoder": {"ta": FAST, "angle": np.cos(FAST)},
                   "drive": {"tb": stamps, "torque": np.sin(stamps)}})  # fmt: skip
-    with pytest.raises(InputError) as caught:
+    with refuses(code):
         read(made)
-    assert caught.value.code == code
 
 
 def test_a_group_that_is_cut_off():
     """In a damaged file a column may end before the time stamps of its group."""
     made = table({"encoder": {"ta": FAST, "angle": np.cos(FAST)},
                   "drive": {"tb": SLOW, "torque": np.sin(SLOW)[:-1]}})  # fmt: skip
-    with pytest.raises(InputError) as caught:
+    with refuses("unequal_lengths"):
         read(made)
-    assert caught.value.code == "unequal_lengths"
 
 
 def test_a_stated_column_that_is_absent_is_named_before_the_time():
     made = table({"fast": {"t #1": FAST, "pos": FAST}, "slow": {"t #2": SLOW, "tau": SLOW}})
     schema = LogSchema(kind="rotary", position="missing", effort="tau")
     assigned = one_axis(assign(made, schema), None, label="log").checked()
-    with pytest.raises(InputError) as caught:
+    with refuses("no_such_column", name="missing"):
         axis_log(made, assigned, "", None, default_name="log")
-    assert caught.value.code == "no_such_column"
-    assert caught.value.quantities["name"] == "missing"
 
 
 ROWS = np.arange(2000)
@@ -144,9 +141,8 @@ def test_one_channel_a_row():
     ],
 )
 def test_values_that_are_missing_are_no_slower_channel(torque):
-    with pytest.raises(InputError) as refused:
+    with refuses("column_not_finite"):
         read(table({"": {"t": FAST, "angle": np.cos(FAST), "torque": torque * np.sin(FAST)}}))
-    assert refused.value.code == "column_not_finite"
 
 
 def test_an_expression_of_two_rates_is_sampled_where_both_are():
@@ -169,10 +165,9 @@ def test_a_counter_that_begins_again_is_continued(bits):
 
 def test_a_step_back_that_is_no_wrap_is_refused():
     counts = np.where(ROWS < 1000, 1000.0 * ROWS, 1000.0 * (ROWS - 1000))
-    with pytest.raises(InputError) as refused:
+    with refuses("time_not_increasing"):
         read(table({"": {"t": counts, "angle": np.cos(FAST), "torque": np.sin(FAST)}},
                    units={"t": "us"}))  # fmt: skip
-    assert refused.value.code == "time_not_increasing"
 
 
 @pytest.mark.parametrize("start", [5e6, 1.2e9, 2.4e9, 2.6e9])
@@ -217,9 +212,8 @@ def test_rounded_stamps_of_a_uniform_clock_may_have_gaps():
 @pytest.mark.parametrize("resolution", [1e-3, 15.6e-3])
 def test_rounded_stamps_of_no_uniform_clock_are_refused_by_that_name(resolution):
     stamps = np.cumsum(np.random.default_rng(1).uniform(0.4e-3, 1e-3, 5000))
-    with pytest.raises(InputError) as refused:
+    with refuses("time_rounded"):
         read_stamps(np.floor(stamps / resolution) * resolution)
-    assert refused.value.code == "time_rounded"
 
 
 def test_a_lost_row_is_not_taken_for_rounding():

@@ -148,7 +148,6 @@ def test_a_channel_may_come_in_any_array_of_real_numbers(effort):
 @pytest.mark.usefixtures("without_shape_checks")
 @pytest.mark.parametrize("kind", ["round", None, ["linear"], np.array(["linear", "rotary"]), 3])
 def test_an_unknown_kind(kind):
-    with pytest.raises(InputError) as caught:
+    with refuses("not_a_choice"):
         AxisLog(name="stage", kind=kind, time=np.arange(3.0), effort=np.ones(3),
                 measured_position=np.arange(3.0))  # fmt: skip
-    assert caught.value.code == "not_a_choice"

@@ -1,26 +1,15 @@
 """The application: its commands, and the exit code of each."""
 
-import inspect
 import logging
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
+from inspect import cleandoc
 
 from cyclopts import App, CycloptsError
 
 from stickslip import __version__
-from stickslip.cli.compare import EXAMPLES as COMPARE_EXAMPLES
-from stickslip.cli.compare import compare
-from stickslip.cli.demo import data, demo
-from stickslip.cli.excite import EXAMPLES as EXCITE_EXAMPLES
-from stickslip.cli.excite import excite
-from stickslip.cli.export import EXAMPLES as EXPORT_EXAMPLES
-from stickslip.cli.export import export
-from stickslip.cli.identify import EXAMPLES, identify
-from stickslip.cli.inspect import EXAMPLES as INSPECT_EXAMPLES
-from stickslip.cli.inspect import inspect as inspect_log
-from stickslip.cli.position import EXAMPLES as POSITION_EXAMPLES
-from stickslip.cli.position import position
+from stickslip.cli import compare, demo, excite, export, identify, inspect, position
 from stickslip.cli.terminal import one_line, reader_may_leave, say
 
 _BAD_INPUT = 2
@@ -40,18 +29,21 @@ app = App(
 
 def _help(command: Callable[..., int]) -> str:
     """Return a command's docstring as paragraphs that the terminal can wrap."""
-    text = inspect.cleandoc(command.__doc__ or "")
+    text = cleandoc(command.__doc__ or "")
     return "\n\n".join(one_line(paragraph) for paragraph in text.split("\n\n"))
 
 
-app.command(identify, help=_help(identify), help_epilogue=EXAMPLES)
-app.command(inspect_log, name="inspect", help=_help(inspect_log), help_epilogue=INSPECT_EXAMPLES)
-app.command(compare, help=_help(compare), help_epilogue=COMPARE_EXAMPLES)
-app.command(excite, help=_help(excite), help_epilogue=EXCITE_EXAMPLES)
-app.command(position, help=_help(position), help_epilogue=POSITION_EXAMPLES)
-app.command(export, help=_help(export), help_epilogue=EXPORT_EXAMPLES)
-app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --out demo-output")
-app.command(data, help=_help(data), help_epilogue="Example:\n  stickslip data emps")
+for _command, _examples in (
+    (identify.identify, identify.EXAMPLES),
+    (inspect.inspect, inspect.EXAMPLES),
+    (compare.compare, compare.EXAMPLES),
+    (excite.excite, excite.EXAMPLES),
+    (position.position, position.EXAMPLES),
+    (export.export, export.EXAMPLES),
+    (demo.demo, "Example:\n  stickslip demo --out demo-output"),
+    (demo.data, "Example:\n  stickslip data emps"),
+):
+    app.command(_command, help=_help(_command), help_epilogue=_examples)
 
 
 def _flag(arguments: Sequence[str], name: str) -> str:

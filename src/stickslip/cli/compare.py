@@ -1,6 +1,5 @@
 """``stickslip compare``: every estimator side by side, on a log or over runs of a scenario."""
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -80,7 +79,7 @@ def compare(
     reading.units()  # options are refused before the files
     files.check(inputs=[source] if scenario else reading.inputs(source))
     with progress_bar(f"comparing, {source.name}") as progress:
-        from stickslip import EstimationTask, write_report
+        from stickslip import EstimationTask
         from stickslip.tasks import compare_log, compare_scenario
 
         task = EstimationTask(**vars(known), **vars(friction), largest_delay=largest_delay)
@@ -98,8 +97,8 @@ def compare(
                 only=chosen,
                 progress=progress,
             )
-        files.write_all(found.to_dict, partial(write_report, found))
+        files.write_all(found)
     from stickslip.presentation.terminal import print_comparison
 
-    files.print(found.to_dict, partial(print_comparison, found=found))
+    files.print(found, print_comparison)
     return 0 if found.trusted else 1

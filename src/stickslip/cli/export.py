@@ -1,5 +1,6 @@
 """``stickslip export``: identified friction as a file for a simulator, a drive, or a compiler."""
 
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
@@ -16,6 +17,45 @@ EXAMPLES = """Examples:
 _what = partial(Parameter, group=Group("What to export", sort_key=1))
 _side = partial(Parameter, group=Group("Side and units of the estimate", sort_key=2))
 _target = partial(Parameter, group=Group("Options of targets", sort_key=3))
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TargetOptions:
+    """Settings that some targets use."""
+
+    points: Annotated[
+        int | None, _target(converter=whole_number, help="Number of points of a table.")
+    ] = None
+    top_speed: Annotated[
+        float | None, _target(help="Largest speed of a table, in rad/s or m/s of its side.")
+    ] = None
+    rated_current: Annotated[float | None, _target(help="Of the motor, in A.")] = None
+    link_inertia: Annotated[
+        float | None,
+        _target(
+            help="Part of the identified inertia that the model already has, in kg m² or kg; the "
+            "rest is written as armature. [default: no armature]"
+        ),
+    ] = None
+    sampling_time: Annotated[float | None, _target(help="Of the model or code, in s.")] = None
+    precision: Annotated[
+        Literal["single", "double"] | None, _target(help="Arithmetic of generated code.")
+    ] = None
+    fmi_version: Annotated[
+        Literal["2.0", "3.0"] | None, _target(help="Version of a functional mock-up unit.")
+    ] = None
+    binaries: Annotated[
+        Literal["all", "host", "none"] | None,
+        _target(help="Platforms that a functional mock-up unit has binaries for."),
+    ] = None
+    load_inertia: Annotated[
+        float | None,
+        _target(help="Part of the identified inertia that moves behind a spring, in kg m² or kg."),
+    ] = None
+    stiffness: Annotated[
+        float | None, _target(help="Stiffness of that spring, in N m/rad or N/m.")
+    ] = None
 
 
 def export(
@@ -72,38 +112,7 @@ def export(
             "percent)."
         ),
     ] = None,
-    points: Annotated[
-        int | None, _target(converter=whole_number, help="Number of points of a table.")
-    ] = None,
-    top_speed: Annotated[
-        float | None, _target(help="Largest speed of a table, in rad/s or m/s of its side.")
-    ] = None,
-    rated_current: Annotated[float | None, _target(help="Of the motor, in A.")] = None,
-    link_inertia: Annotated[
-        float | None,
-        _target(
-            help="Part of the identified inertia that the model already has, in kg m² or kg; the "
-            "rest is written as armature. [default: no armature]"
-        ),
-    ] = None,
-    sampling_time: Annotated[float | None, _target(help="Of the model or code, in s.")] = None,
-    precision: Annotated[
-        Literal["single", "double"] | None, _target(help="Arithmetic of generated code.")
-    ] = None,
-    fmi_version: Annotated[
-        Literal["2.0", "3.0"] | None, _target(help="Version of a functional mock-up unit.")
-    ] = None,
-    binaries: Annotated[
-        Literal["all", "host", "none"] | None,
-        _target(help="Platforms that a functional mock-up unit has binaries for."),
-    ] = None,
-    load_inertia: Annotated[
-        float | None,
-        _target(help="Part of the identified inertia that moves behind a spring, in kg m² or kg."),
-    ] = None,
-    stiffness: Annotated[
-        float | None, _target(help="Stiffness of that spring, in N m/rad or N/m.")
-    ] = None,
+    options: TargetOptions | None = None,
 ) -> int:
     """Export the friction of an estimate to a simulator, a drive, or a compiler.
 
@@ -143,17 +152,8 @@ def export(
         ),
         settings=ExportSettings(
             overwrite=overwrite,
-            points=points,
-            top_speed=top_speed,
-            rated_current=rated_current,
             torque_constant=torque_constant,
-            link_inertia=link_inertia,
-            sampling_time=sampling_time,
-            precision=precision,
-            fmi_version=fmi_version,
-            binaries=binaries,
-            load_inertia=load_inertia,
-            stiffness=stiffness,
+            **vars(options or TargetOptions()),
         ),
     )
     for sentence in result.warnings:

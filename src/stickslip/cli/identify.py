@@ -1,7 +1,6 @@
 """``stickslip identify``: from logs to friction parameters with intervals and verdicts."""
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -182,7 +181,6 @@ def identify(
             raise only
         given = [only]
     with working(f"identifying {what}"):
-        from stickslip import write_report
         from stickslip.tasks import validated
         from stickslip.tasks.identification import identified, logs_of
 
@@ -196,10 +194,10 @@ def identify(
         if validate is not None:
             other = _other(validate, reading, robot)
             found = validated(found, other, validate.name, known.inertia)
-        files.write_all(found.to_dict, partial(write_report, found))
+        files.write_all(found)
     from stickslip.presentation.terminal import print_identification
 
-    files.print(found.to_dict, partial(print_identification, identification=found))
+    files.print(found, print_identification)
     return 0 if found.estimate.status.trusted else 1
 
 
@@ -214,7 +212,6 @@ def _all_axes(
     files: ResultFiles,
 ) -> int:
     """Identify every axis of a log, print and write the results, and return the exit code."""
-    from stickslip import write_report
     from stickslip.tasks.axes import axes_validated, identify_axes
 
     with axis_progress(list(axes)) as progress:
@@ -224,10 +221,10 @@ def _all_axes(
         if validate is not None:
             others = _axes(validate, reading, robot)
             found = axes_validated(found, others, validate.name, task.inertia)
-        files.write_all(found.to_dict, partial(write_report, found))
+        files.write_all(found)
     from stickslip.presentation.terminal import print_axes
 
-    files.print(found.to_dict, partial(print_axes, found=found))
+    files.print(found, print_axes)
     return 0 if found.trusted else 1
 
 

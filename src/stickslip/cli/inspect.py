@@ -1,6 +1,5 @@
 """``stickslip inspect``: what a log holds, how it would be read, and whether it suffices."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -65,8 +64,8 @@ def inspect(
         )
         if schema_out is not None:
             write_schema(log, schema_out, schema.overridden(None, columns))
-        files.write(found.to_dict)
+        files.write(found)
     from stickslip.presentation.terminal import print_inspection
 
-    files.print(found.to_dict, partial(print_inspection, found=found), schema_out=schema_out)
+    files.print(found, print_inspection, schema_out=schema_out)
     return 0 if found.trusted else 1

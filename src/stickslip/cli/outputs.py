@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, runtime_checkable
 
 from cyclopts import Group, Parameter
 
@@ -15,8 +15,20 @@ from stickslip.cli.terminal import console_on, reader_may_leave
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from stickslip.presentation.results import Result
+
 output = partial(Parameter, group=Group("Output", sort_key=4))
 _TITLES = {"json": "JSON", "schema_out": "Schema"}
+
+
+@runtime_checkable
+class _Document(Protocol):
+    """A result with a JSON form."""
+
+    def to_dict(self) -> dict[str, Any]: ...
+
+
+_Found = TypeVar("_Found", bound=_Document)
 
 
 def check_apart(files: Mapping[str, Path | None]) -> None:
@@ -58,33 +70,29 @@ class JsonFile:
             if path is not None:
                 check_output(path, inputs=list(inputs), what=option)
 
-    def write(self, document: Callable[[], Mapping[str, Any]]) -> None:
+    def write(self, found: _Document) -> None:
         """Write the JSON file if it was requested."""
         from stickslip.tasks import write_json
 
         if (path := self.named()["json"]) is not None:
-            write_json(document(), path)
+            write_json(found.to_dict(), path)
 
     def print(
-        self,
-        document: Callable[[], Mapping[str, Any]],
-        text: "Callable[[Console], None]",
-        **others: Path | None,
+        self, found: _Found, text: "Callable[[Console, _Found], None]", **others: Path | None
     ) -> None:
-        """Print the result and its files; ``--json -`` prints JSON, and the rest to standard error.
+        """Print a result and its files; ``--json -`` prints JSON, and the rest to standard error.
 
-        ``document`` returns the result as plain JSON types, ``text`` prints it for a reader, and
-        ``others`` are further files by their options.
+        ``text`` prints it for a reader, ``others`` are further files by their options.
         """
         to_stdout = self.json == "-"
         if to_stdout:
             from stickslip.tasks import json_text
 
             with reader_may_leave():
-                sys.stdout.write(json_text(document()))
+                sys.stdout.write(json_text(found.to_dict()))
         console = console_on("error" if to_stdout else "output")
         with reader_may_leave():
-            text(console)
+            text(console, found)
             for option, path in (self.named() | others).items():
                 if path is not None:
                     title = _TITLES.get(option, option.capitalize())
@@ -104,10 +112,10 @@ class ResultFiles(JsonFile):
         """Return the files by the options that name them."""
         return {**super().named(), "report": self.report}
 
-    def write_all(
-        self, document: Callable[[], Mapping[str, Any]], page: Callable[[Path], object]
-    ) -> None:
-        """Write the requested files; ``page`` writes the report."""
+    def write_all(self, found: "Result") -> None:
+        """Write the requested files."""
+        from stickslip import write_report
+
         if self.report is not None:
-            page(self.report)
-        self.write(document)
+            write_report(found, self.report)
+        self.write(found)

@@ -1,6 +1,5 @@
 """``stickslip position``: a positioning task on a simulated axis, from a scenario file."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -50,15 +49,14 @@ def position(
         inputs = [each for each in read.inputs if each != read.learned]
         check_output(learned, inputs=[scenario, *inputs], what="learned")
     with progress_bar(f"positioning, {scenario.name}") as progress:
-        from stickslip import write_report
         from stickslip.tasks import position, write_json
 
         result = position(read, progress=progress)
         saved = None if result.learned is None else learned
         if saved is not None and result.learned is not None:
             write_json(result.learned.to_dict(), saved)
-        files.write_all(result.to_dict, partial(write_report, result))
+        files.write_all(result)
     from stickslip.presentation.terminal import print_positioning
 
-    files.print(result.to_dict, partial(print_positioning, result=result), learned=saved)
+    files.print(result, print_positioning, learned=saved)
     return 0 if result.ending.reached else 1

@@ -3,18 +3,22 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Literal
 
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.transmission import Side
+from stickslip.input_files import nearest
 from stickslip.records import InputError
 
 Group = Literal["simulator", "drive", "code", "randomisation"]
 
 DEFAULT_AXIS = "axis"
 """Name of an axis whose estimate has none."""
+
+MEAN = "is replaced by the mean of both directions"
+IN_A_JOINT = {"direction": MEAN, "offset": "is left out: a joint has no constant effort"}
+"""Effects that joints of simulators do not represent."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,6 +122,16 @@ def axis_in_words(name: str) -> str:
     return "the axis" if name == DEFAULT_AXIS else f"axis {name}"
 
 
+def prefix(name: str, axes: Mapping[str, ExportParameters]) -> str:
+    """Return what precedes a sentence on one of the axes: its name if there are several."""
+    return f"{name}: " if len(axes) > 1 else ""
+
+
+def one_friction(owner: str) -> str:
+    """Return what becomes of static friction where one friction value is all that there is."""
+    return f"is left out: {owner} has one friction value, and it gets the Coulomb friction"
+
+
 def only_axis(axes: Mapping[str, ExportParameters], title: str) -> tuple[str, ExportParameters]:
     """Return the only axis, with its name."""
     if len(axes) != 1:
@@ -128,6 +142,4 @@ def only_axis(axes: Mapping[str, ExportParameters], title: str) -> tuple[str, Ex
 def choices(name: str, known: Iterable[str]) -> tuple[str, ...]:
     """Return the known names that are similar to a given one; all if none is."""
     known = tuple(known)
-    plain = {each.casefold(): each for each in known}
-    near = get_close_matches(name.casefold(), plain, n=3, cutoff=0.6)
-    return tuple(plain[each] for each in near) or known
+    return tuple(nearest(name, known)) or known

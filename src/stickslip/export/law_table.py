@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.export.base import ExportSettings
 from stickslip.export.parameters import ExportParameters
 from stickslip.friction.estimated_law import law_effort
 from stickslip.records import InputError, positive
@@ -36,34 +35,25 @@ class LawTable:
 
 
 def law_table(
-    parameters: ExportParameters, *, points: int, top_speed: float, least_speed: float = 0.0
+    parameters: ExportParameters,
+    *,
+    points: int,
+    top_speed: float,
+    least_speed: float = 0.0,
+    falling: bool = False,
 ) -> LawTable:
     """Return a table of the friction law of an axis, between two speeds [rad/s or m/s].
 
-    Friction that falls with speed is left out: at each speed the table has the smallest friction of
-    this and all higher speeds. So it never holds the static friction at zero speed, which would
-    push a resting axis and make it hunt. Knots are placed by dynamic programming on a grid, and the
-    efforts at them by a linear programme.
+    Friction that falls with speed is left out unless it is for a simulation (``falling``): at each
+    speed the table has the smallest friction of this and all higher speeds. So it never holds the
+    static friction at zero speed, which would push a resting axis and make it hunt. Knots are
+    placed by dynamic programming on a grid, and the efforts at them by a linear programme.
     """
-    return _table(parameters, points, (least_speed, top_speed), falling=False)
-
-
-def falling_table(parameters: ExportParameters, *, points: int, top_speed: float) -> LawTable:
-    """Return a table of the whole law for a simulation, with the Stribeck effect from zero speed.
-
-    It goes up to the top speed [rad/s or m/s].
-    """
-    return _table(parameters, points, (0.0, top_speed), falling=True)
-
-
-def _table(
-    parameters: ExportParameters, points: int, speeds: tuple[float, float], *, falling: bool
-) -> LawTable:
     if not 2 <= points <= MOST_POINTS:
         raise InputError(
             "out_of_range", name="points", value=points, least=2, most=MOST_POINTS, unit=""
         )
-    least_speed, top_speed = speeds[0], positive("top_speed", speeds[1], "rad/s or m/s")
+    top_speed = positive("top_speed", top_speed, "rad/s or m/s")
     grid = _grid(parameters, least_speed, top_speed, _GRID)
     raw = [_magnitude(parameters, grid, sign) for sign in (1.0, -1.0)]
     laws = raw if falling else [np.minimum.accumulate(law[::-1])[::-1] for law in raw]
@@ -77,31 +67,18 @@ def _table(
     if np.allclose(chords, laws, rtol=_STRAIGHT, atol=0.0):
         speed = np.linspace(least_speed, top_speed, points)
     fitted = [_fitted(grid, law, speed) for law in laws]
-    offset = parameters.offset
-    own_offset = 0.0 if parameters.directional("coulomb_friction") else offset
+    offset = 0.0 if parameters.directional("coulomb_friction") else parameters.offset
     error = max(
         float(np.max(np.abs(np.interp(grid, speed, efforts) - law)))
         for efforts, law in zip(fitted, laws, strict=True)
     )
     return LawTable(
         speed=speed,
-        forward=fitted[0] + own_offset,
-        backward=-fitted[1] + own_offset,
+        forward=fitted[0] + offset,
+        backward=-fitted[1] + offset,
         error=error,
         flat_below=flat_below,
     )
-
-
-def table_of(
-    parameters: ExportParameters, settings: ExportSettings, title: str, *, default_points: int
-) -> LawTable:
-    """Return the table that the settings of a target ask for."""
-    if settings.top_speed is None:
-        raise InputError(
-            "option_needed", title=title, name="top_speed", meaning="the speed of the last point"
-        )
-    points = default_points if settings.points is None else settings.points
-    return law_table(parameters, points=points, top_speed=settings.top_speed)
 
 
 def _grid(

@@ -173,7 +173,7 @@ class ExportParameters:
             )
         factors = {
             name: factor(quantity_name(name), ratio, to=side)
-            for name in {*self.values, *self.std, *self.uncertain}
+            for name in dict.fromkeys((*self.values, *self.std, *self.uncertain))
         }
         withheld = dict(self.withheld)
         for name, scale in factors.items():

@@ -17,9 +17,6 @@ from stickslip.export.parameters import ExportParameters
 from stickslip.export.templates import filled_in, heading, notes_on
 from stickslip.records import InputError, positive
 
-MEAN = "is replaced by the mean of both directions"
-NO_EFFORT = "is left out: a joint has no constant effort"
-
 
 @dataclass(frozen=True, kw_only=True)
 class AxisToFill:

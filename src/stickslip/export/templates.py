@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from stickslip.export.base import Exporter, quantities_used
+from stickslip.export.base import Exporter, prefix, quantities_used
 from stickslip.export.parameters import ExportParameters
 
 
@@ -62,14 +62,14 @@ def notes_on(
 ) -> tuple[str, ...]:
     """Return what a target does not represent of some axes, one sentence each."""
     return (
-        tuple(
-            f"{name}: {sentence}" if len(axes) > 1 else sentence
+        *(
+            prefix(name, axes) + sentence
             for name, parameters in axes.items()
             for sentence in parameters.omissions(
                 exporter.title, exporter.represents, exporter.cannot
             )
-        )
-        + extra
+        ),
+        *extra,
     )
 
 
@@ -86,12 +86,14 @@ def heading(
     """
     lines: list[str] = []
     for name, parameters in axes.items():
-        before = f"{name}: " if len(axes) > 1 else ""
-        lines.append(f"{before}{parameters.source.text}")
-        lines.append(f"{before}{side_of(parameters, units)}")
         forced = parameters.warnings(quantities_used(exporter))
-        lines += [f"{before}WARNING: {each}" for each in forced]
-        lines += [f"{before}{each}" for each in parameters.missing(exporter.represents)]
+        own = (
+            parameters.source.text,
+            side_of(parameters, units),
+            *(f"WARNING: {each}" for each in forced),
+            *parameters.missing(exporter.represents),
+        )
+        lines += [prefix(name, axes) + each for each in own]
     return (*lines, *notes)
 
 

@@ -12,6 +12,7 @@ from stickslip.export.base import (
     ExportSettings,
     FileToEdit,
     Rendered,
+    prefix,
     quantities_used,
 )
 from stickslip.export.parameters import ExportParameters
@@ -107,7 +108,7 @@ def render(
         path = None if into is None else into.path
         raise error if error.where or path is None else error.at(str(path)) from None
     warnings = tuple(
-        (f"{name}: " if len(axes) > 1 else "") + sentence
+        prefix(name, axes) + sentence
         for name, each in axes.items()
         for sentence in (
             *each.warnings(quantities_used(exporter)),

@@ -160,13 +160,11 @@ def _folder(path: Path, where: str) -> _Opened:
 def _opened(path: Path) -> _Opened:
     """Return a file as it can be read: not compressed, and with a name that can be printed."""
     name, ending = printable(path.name), path.suffix.lower()
-    if ending in _COMPRESSED or ending == _ARCHIVE:
-        if not path.stat().st_size:
-            raise InputError("empty_log", where=printable(path))
-        return _uncompressed(path, ending)
-    entry = format_of(path)
+    entry = None if ending in _COMPRESSED or ending == _ARCHIVE else format_of(path)
     if not path.stat().st_size:
         raise InputError("empty_log", where=printable(path))
+    if entry is None:
+        return _uncompressed(path, ending)
     if name == path.name:
         return _Opened(path=path, name=name, hashed=(path,), entry=entry)
     scratch = _Scratch()

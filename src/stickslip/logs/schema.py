@@ -20,6 +20,9 @@ Side = Literal["motor", "joint"]
 _SAMPLING = ("time", "sampling_time", "sampling_frequency")
 """Keys that state when samples were taken, of which a log has one."""
 
+_POSITIVE = {"torque_constant": "N m/A or N/A", "sampling_time": "s", "sampling_frequency": "Hz"}
+"""Units of the keys whose values must be positive."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class AxisSchema:
@@ -98,21 +101,14 @@ class AxisSchema:
         given = [key for key in _SAMPLING if getattr(self, key) is not None]
         if len(given) > 1:
             raise InputError("both_given", names=given)
-        if self.torque_constant is not None:
-            positive("torque_constant", self.torque_constant, "N m/A or N/A")
-        self._check_gear()
-        if self.sampling_time is not None:
-            positive("sampling_time", self.sampling_time, "s")
-        if self.sampling_frequency is not None:
-            positive("sampling_frequency", self.sampling_frequency, "Hz")
-
-    def _check_gear(self) -> None:
+        for key, unit in _POSITIVE.items():
+            if (value := getattr(self, key)) is not None:
+                positive(key, value, unit)
         if self.effort_side not in {None, *get_args(Side)}:
             raise InputError("effort_side_unknown", value=self.effort_side, sides=get_args(Side))
-        if self.gear_ratio is None:
-            return
-        if not (math.isfinite(self.gear_ratio) and self.gear_ratio != 0.0):
-            raise InputError("gear_ratio_zero", name="gear_ratio", value=self.gear_ratio)
+        ratio = self.gear_ratio
+        if ratio is not None and not (math.isfinite(ratio) and ratio != 0.0):
+            raise InputError("gear_ratio_zero", name="gear_ratio", value=ratio)
 
     @property
     def stated(self) -> bool:
@@ -231,27 +227,18 @@ def toml_text(axes: Mapping[str, AxisSchema], files: Mapping[str, str]) -> str:
         for key, value in (every[0].items() if every else ())
         if all(each.get(key) == value for each in every)
     }
-    units = shared.pop("units", None)
-    lines = [f"{key} = {_toml(value)}" for key, value in shared.items()]
-    if units:
-        lines += ["", "[units]", *(f"{_key(k)} = {_toml(v)}" for k, v in units.items())]
-    if files:
-        lines += ["", "[files]", *(f"{_key(k)} = {_toml(v)}" for k, v in files.items())]
-    for name, entries in own.items():
+    tables = {"units": shared.pop("units", {}), "files": files}
+    lines = _lines(shared)
+    for title, table in tables.items():
+        if table:
+            lines += ["", f"[{title}]", *_lines(table)]
+    for name, entries in own.items() if len(own) > 1 else ():
         left = {
             key: value
             for key, value in entries.items()
-            if key not in shared and not (key == "units" and value == units)
+            if key not in shared and not (key == "units" and value == tables["units"])
         }
-        if len(own) == 1:
-            continue
-        lines += ["", f"[axes.{_key(name)}]"]
-        lines += [
-            f"{key} = {{ {', '.join(f'{_key(k)} = {_toml(v)}' for k, v in value.items())} }}"
-            if key == "units"
-            else f"{key} = {_toml(value)}"
-            for key, value in left.items()
-        ]
+        lines += ["", f"[axes.{_key(name)}]", *_lines(left)]
     return "\n".join(lines).lstrip("\n") + "\n"
 
 
@@ -265,7 +252,14 @@ def _entries(schema: AxisSchema) -> dict[str, Any]:
     }
 
 
-def _toml(value: str | float) -> str:
+def _lines(table: Mapping[str, Any]) -> list[str]:
+    """Return the entries of a table; those within it are on one line."""
+    return [f"{_key(key)} = {_toml(value)}" for key, value in table.items()]
+
+
+def _toml(value: str | float | Mapping[str, Any]) -> str:
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(_lines(value))} }}"
     return json.dumps(value, ensure_ascii=False)
 
 

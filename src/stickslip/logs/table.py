@@ -18,6 +18,8 @@ _SPARSE = 0.1  # share of empty cells from which they are those of a slower chan
 
 _FEWEST_ROWS = 20  # least samples of such a channel
 
+_ROUND = str.maketrans("[]", "()")
+
 _UNEVEN = 10.0  # largest over the median number of rows from one of its samples to the next
 
 
@@ -102,6 +104,11 @@ def name_columns(headers: Sequence[str]) -> tuple[dict[str, str], dict[str, str]
     by_name = {name: headers[k] for k, name in enumerate(names) if name}
     units = {name: unit for name, (_, unit) in zip(names, split, strict=True) if name and unit}
     return by_name, units
+
+
+def name_titles(titles: Sequence[str]) -> list[str]:
+    """Return the names of columns whose units stand elsewhere: brackets of titles are no units."""
+    return list(name_columns([title.translate(_ROUND) for title in titles])[0])
 
 
 def _numbered(names: list[str]) -> list[str]:

@@ -3,7 +3,7 @@
 import re
 import tokenize
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
 from stickslip.logs.unit_spelling import for_unit_library, number_in
 from stickslip.records import AxisKind, EffortUnit, InputError, unit_of
@@ -35,13 +35,10 @@ def measures(unit: str, channel: str) -> bool:
     >>> measures("rad", "position"), measures("A", "position"), measures("Nm/A", "effort")
     (True, False, False)
     """
-    kinds: tuple[AxisKind, ...] = ("linear", "rotary")
     try:
-        if channel == "effort" and effort_unit(unit):
-            return True
-        return any(_factor(unit, unit_of(quantity_of(channel), kind)) is not None for kind in kinds)
+        return bool(channel == "effort" and effort_unit(unit)) or _kind(channel, unit) is not None
     except InputError:
-        return True  # said where the column is used
+        return True  # raised where the column is used
 
 
 def kind_of_unit(channel: str, unit: str) -> AxisKind | None:
@@ -51,12 +48,22 @@ def kind_of_unit(channel: str, unit: str) -> AxisKind | None:
     """
     if channel == "time" or (channel == "effort" and effort_unit(unit)):
         return None
-    kinds: tuple[AxisKind, ...] = ("linear", "rotary")
-    targets = [unit_of(quantity_of(channel), kind) for kind in kinds]
-    for kind, target in zip(kinds, targets, strict=True):
-        if _factor(unit, target) is not None:
-            return kind
+    if kind := _kind(channel, unit):
+        return kind
+    targets = [unit_of(quantity_of(channel), kind) for kind in get_args(AxisKind)]
     raise _wrong_unit(channel, unit, targets)
+
+
+def _kind(channel: str, unit: str) -> AxisKind | None:
+    """Return the first kind of axis on which a channel can have such a unit."""
+    return next(
+        (
+            kind
+            for kind in get_args(AxisKind)
+            if _factor(unit, unit_of(quantity_of(channel), kind)) is not None
+        ),
+        None,
+    )
 
 
 def scale_to_si(channel: str, unit: str, kind: AxisKind) -> float:
@@ -111,15 +118,11 @@ def _parsed(unit: str) -> Any:
 
     spelled = for_unit_library(unit)
     if not _PLAUSIBLE.fullmatch(spelled):
-        raise _unknown_unit(unit)
+        raise InputError("unknown_unit", unit=unit)
     try:
         return _registry().Unit(spelled)
     except (*_PARSER_FAULTS, pint.errors.PintError) as error:
-        raise _unknown_unit(unit) from error
-
-
-def _unknown_unit(unit: str) -> InputError:
-    return InputError("unknown_unit", unit=unit)
+        raise InputError("unknown_unit", unit=unit) from error
 
 
 @cache

@@ -20,16 +20,10 @@ from measurement_files import (
     write_time_series,
     write_timetable,
 )
+from sample_files import read
 
 from stickslip.logs import LogSchema, read_axes, read_log
-from stickslip.logs.formats.registry import folder_format, format_of
 from stickslip.records import InputError
-
-
-def read(path):
-    entry = folder_format(path) if path.is_dir() else format_of(path)
-    table = entry.read(path)
-    return table, table.load(list(table.headers))
 
 
 def test_slices_fields_and_units_of_hdf5(columns, tmp_path):

@@ -1,6 +1,7 @@
 """ROS bags and MCAP files beyond one topic of joint states."""
 
 import json
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -16,15 +17,9 @@ from message_files import (
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from sample_files import read
 
 from stickslip.logs import LogSchema, read_log
-from stickslip.logs.formats.registry import folder_format, format_of
-
-
-def read(path):
-    entry = folder_format(path) if path.is_dir() else format_of(path)
-    table = entry.read(path)
-    return table, table.load(list(table.headers))
 
 
 @pytest.mark.parametrize("plugin", StoragePlugin)
@@ -88,22 +83,33 @@ def test_numbers_of_any_type_by_the_time_of_the_recorder(columns, tmp_path):
     assert any("those of the recorder" in note for note in table.notes)
 
 
-def test_publishers_of_other_joints_on_one_topic_are_groups(columns, tmp_path):
-    path = tmp_path / "two.mcap"
+@contextmanager
+def json_messages(path):
+    """Yield a function that writes a message of a topic, as JSON, at a time [ns]."""
     with path.open("wb") as file:
         writer = McapWriter(file)
         writer.start()
         schema = writer.register_schema("states", "jsonschema", b"{}")
-        channel = writer.register_channel("/states", "json", schema)
+        channels = {}
+
+        def send(topic, content, sent):
+            if topic not in channels:
+                channels[topic] = writer.register_channel(topic, "json", schema)
+            writer.add_message(channels[topic], sent + 2, json.dumps(content).encode(), sent)
+
+        yield send
+        writer.finish()
+
+
+def test_publishers_of_other_joints_on_one_topic_are_groups(columns, tmp_path):
+    with json_messages(tmp_path / "two.mcap") as send:
         for k, stamp in enumerate(stamps_of(columns["time"])):
             arm = {"name": ["a", "b"], "position": [k, 2 * k]}
             hand = {"name": ["grip"], "position": [3 * k]}
             for content in (arm, hand) if k % 2 else (arm,):
                 moment = {"stamp": {"sec": stamp // 10**9, "nsec": stamp % 10**9}}
-                data = json.dumps({"header": moment, **content}).encode()
-                writer.add_message(channel, stamp + 5, data, stamp + 3)
-        writer.finish()
-    table, loaded = read(path)
+                send("/states", {"header": moment, **content}, stamp + 3)
+    table, loaded = read(tmp_path / "two.mcap")
     assert [group.name for group in table.groups] == ["/states/1", "/states/2"]
     np.testing.assert_array_equal(loaded["/states/b/position"], 2.0 * np.arange(60))
     np.testing.assert_array_equal(loaded["/states/grip/position"], 3.0 * np.arange(1, 60, 2))
@@ -112,19 +118,12 @@ def test_publishers_of_other_joints_on_one_topic_are_groups(columns, tmp_path):
 
 
 def test_stamps_of_another_clock_stay_as_they_are(columns, tmp_path):
-    path = tmp_path / "clocks.mcap"
-    with path.open("wb") as file:
-        writer = McapWriter(file)
-        writer.start()
-        schema = writer.register_schema("states", "jsonschema", b"{}")
-        channels = [writer.register_channel(topic, "json", schema) for topic in ("/sim", "/real")]
+    with json_messages(tmp_path / "clocks.mcap") as send:
         for k in range(10):
-            for channel, start in zip(channels, (5 * 10**9, START), strict=True):
+            for topic, start in (("/sim", 5 * 10**9), ("/real", START)):
                 stamp = start + k * 10**7
                 moment = {"sec": stamp // 10**9, "nsec": stamp % 10**9}
-                data = json.dumps({"timestamp": moment, "x": k}).encode()
-                writer.add_message(channel, START + k, data, START + k)
-        writer.finish()
-    _, loaded = read(path)
+                send(topic, {"timestamp": moment, "x": k}, START + k)
+    _, loaded = read(tmp_path / "clocks.mcap")
     np.testing.assert_allclose(loaded["/sim/time"], 5.0 + np.arange(10) / 100, rtol=1e-15)
     np.testing.assert_array_equal(loaded["/real/time"], np.arange(10) / 100)

@@ -2,15 +2,9 @@
 
 import numpy as np
 import pytest
-from sample_files import write_twincat
+from sample_files import read, write_twincat
 
-from stickslip.logs.formats.registry import format_of
 from stickslip.records import InputError
-
-
-def read(path):
-    table = format_of(path).read(path)
-    return table, table.load(list(table.headers))
 
 
 @pytest.mark.parametrize("delimiter", ["\t", ";", ":"])

@@ -1,7 +1,7 @@
 """What exported code holds: chosen in Python, or derived from an estimate."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from stickslip.control import ExactPulseController, RestDetection
@@ -93,20 +93,20 @@ def derived_content(
         f"sensor; the controller for efforts up to {limit:.4g} {unit_of('effort', kind)} and a "
         f"tolerance of {_TOLERANCE * step:g} {unit}: set the axis' own in the configuration"
     )
-    names = tuple(f.name for f in CodeContent.__dataclass_fields__.values())
-    chosen = {name: getattr(base, name) for name in names}
-    chosen |= {
-        "controller": controller,
-        "energy": online_estimator(parameters, inertia),
-        "kalman": _filter(affine, inertia, T, limit, kind),
-    }
-    return Derived(content=CodeContent(**chosen), notes=tuple(notes))
+    content = replace(
+        base,
+        controller=controller,
+        energy=online_estimator(parameters, inertia),
+        kalman=_filter(affine, inertia, T, limit, kind),
+    )
+    return Derived(content=content, notes=tuple(notes))
 
 
 def online_estimator(parameters: ExportParameters, inertia: float) -> EnergyEstimator:
     """Return the online estimator of the friction of an axis with a known inertia."""
-    directional = parameters.directional("coulomb_friction")
-    return EnergyEstimator(inertia=inertia, per_direction=directional)
+    return EnergyEstimator(
+        inertia=inertia, per_direction=parameters.directional("coulomb_friction")
+    )
 
 
 def _controller(

@@ -19,8 +19,9 @@ from stickslip.export.c import memory, modules
 from stickslip.export.c.content import CodeContent
 from stickslip.export.c.modules import Module
 from stickslip.export.c.translator.types import Struct
+from stickslip.export.c.translator.unit import declaration, looped
 from stickslip.export.templates import filled_in
-from stickslip.records import AxisKind, PositioningOutcome, mass_name, unit_of
+from stickslip.records import PositioningOutcome, mass_name, unit_of
 
 REAL_FUNCTIONS = ("sqrt", "exp", "expm1", "log", "log1p", "ceil", "abs")
 PAIR_FUNCTIONS = ("pow",)
@@ -62,9 +63,11 @@ def parts_of(content: CodeContent) -> tuple[Part, ...]:
     if content.controller is not None:
         found.append(_pulses(content.controller))
     if content.kalman is not None:
-        found.append(_kalman(content.kalman, content))
+        module = modules.kalman_module(content.kalman.memory)
+        found.append(_estimator(module, content.kalman, content, _KALMAN))
     if content.energy is not None:
-        found.append(_energy(content.energy, content))
+        module = modules.energy_module(len(content.energy.parameter_names(content.kind)))
+        found.append(_estimator(module, content.energy, content, _ENERGY))
     return tuple(found)
 
 
@@ -95,45 +98,39 @@ def _pulses(controller: ExactPulseController) -> Part:
     )
 
 
-def _parameters(names: tuple[str, ...], kind: AxisKind) -> list[tuple[str, str]]:
-    return [(name, unit_of(name, kind)) for name in names]
+_KALMAN = {
+    "title": "Extended Kalman filter: friction of a rigid axis among its states.",
+    "stages": [
+        (name, getattr(kalman, name)) for name in ("LEARNING", "REPLAYING", "TRUSTED", "LEFT")
+    ],
+    "estimates": "state->own.values",
+    "resets": "state->own.resets",
+}
+_ENERGY = {
+    "title": "Online energy estimator of friction, the inertia being known, in double.",
+    "real": "double",
+    "stages": [],
+    "estimates": "state->own.recursion.values",
+    "resets": "state->own.guard.resets",
+}
 
 
-def _kalman(chosen: ExtendedKalmanFilter, content: CodeContent) -> Part:
-    stages = ("LEARNING", "REPLAYING", "TRUSTED", "LEFT")
+def _estimator(
+    module: Module,
+    chosen: ExtendedKalmanFilter | EnergyEstimator,
+    content: CodeContent,
+    names: Mapping[str, Any],
+) -> Part:
+    """Return an online estimator, with what only its own templates need."""
+    velocity, kind = content.velocity_measured, content.kind
     return Part(
-        module=modules.kalman_module(chosen.memory),
-        vector=chosen.init(
-            sampling_time=content.sampling_time, velocity_measured=content.velocity_measured
-        ),
+        module=module,
+        vector=chosen.init(sampling_time=content.sampling_time, velocity_measured=velocity),
         template="estimator",
         names={
-            "title": "Extended Kalman filter: friction of a rigid axis among its states.",
-            "parameters": _parameters(chosen.parameter_names(content.kind), content.kind),
-            "stages": [(name, getattr(kalman, name)) for name in stages],
-            "velocity": content.velocity_measured,
-            "estimates": "state->own.values",
-            "resets": "state->own.resets",
-        },
-    )
-
-
-def _energy(chosen: EnergyEstimator, content: CodeContent) -> Part:
-    names = chosen.parameter_names(content.kind)
-    return Part(
-        module=modules.energy_module(len(names)),
-        vector=chosen.init(
-            sampling_time=content.sampling_time, velocity_measured=content.velocity_measured
-        ),
-        template="estimator",
-        names={
-            "title": "Online energy estimator of friction, the inertia being known, in double.",
-            "real": "double",
-            "parameters": _parameters(names, content.kind),
-            "stages": [],
-            "velocity": content.velocity_measured,
-            "estimates": "state->own.recursion.values",
-            "resets": "state->own.guard.resets",
+            **names,
+            "parameters": [(name, unit_of(name, kind)) for name in chosen.parameter_names(kind)],
+            "velocity": velocity,
         },
     )
 
@@ -208,7 +205,7 @@ def _memory(module: Module, vector: Float[np.ndarray, " s"], real: str) -> dict[
     state = [f"{struct}_state_t {member};" for member, struct in _members(layout.records, "state")]
     state += [f"{real} {flat.name}[{flat.size}]; /* {flat.comment} */" for flat in layout.flats]
     return {
-        "firsts": [_public(first.declaration, real) for first in firsts],
+        "firsts": [_public(declaration(first.kind, first.name), real) for first in firsts],
         "config_members": [
             f"{struct}_config_t {member}" for member, struct in _members(layout.records, "config")
         ],
@@ -226,15 +223,11 @@ def _memory(module: Module, vector: Float[np.ndarray, " s"], real: str) -> dict[
             if "config" in struct.halves
         ],
         "first_values": [
-            (first.name, written(memory.initialiser(first.kind, vector[first.place : _end(first)])))
+            (first.name, written(memory.initialiser(first.kind, vector[first.places])))
             for first in firsts
         ],
         "sample_structure": "" if module.sample is None else _public(_given(module.sample)),
     }
-
-
-def _end(first: memory.FirstValue) -> int:
-    return first.place + memory.count(first.kind)
 
 
 def _members(records: Any, half: str) -> list[tuple[str, str]]:
@@ -249,15 +242,8 @@ def _given(struct: Struct) -> str:
 def _init_lines(first: memory.FirstValue) -> list[str]:
     """Return the statements that set a part of the state from the first values."""
     dims = getattr(first.kind, "dims", ())
-    target, source = f"state->{first.member}", f"config->first.{first.name}"
-    lines: list[str] = []
-    for k, size in enumerate(dims):
-        pad = "    " * k
-        lines.append(f"{pad}for (int64_t k{k} = 0; k{k} < {size}; k{k} += 1) {{")
-        target, source = f"{target}[k{k}]", f"{source}[k{k}]"
-    lines.append(f"{'    ' * len(dims)}{target} = {source};")
-    lines += ["    " * k + "}" for k in reversed(range(len(dims)))]
-    return lines
+    place = "".join(f"[k{k}]" for k in range(len(dims)))
+    return looped(dims, [f"state->{first.member}{place} = config->first.{first.name}{place};"])
 
 
 def sources(content: CodeContent) -> dict[str, str]:

@@ -21,7 +21,8 @@ from stickslip.export.c.translator.types import (
     UntranslatableError,
     Vector,
 )
-from stickslip.export.c.translator.unit import Function, Unit
+from stickslip.export.c.translator.unit import Function, Unit, looped
+from stickslip.export.c.translator.values import python_of
 
 _INDENT = "    "
 
@@ -56,7 +57,10 @@ class GuardOverrides:
 
     def kernels(self) -> dict[Any, Callable[[Unit], Function]]:
         """Return what is written in place of each kernel."""
-        return {_python(guard.keep_state): self._keep, _python(guard.restore_state): self._restore}
+        return {
+            python_of(guard.keep_state): self._keep,
+            python_of(guard.restore_state): self._restore,
+        }
 
     def first_copy(self) -> list[str]:
         """Return the statements that copy the first state."""
@@ -88,13 +92,8 @@ class GuardOverrides:
             ]
             return [line for part in parts for line in part]
         if isinstance(kind, Array):
-            lines: list[str] = []
-            for k, size in enumerate(kind.dims):
-                lines.append(f"{_INDENT * k}for (int64_t k{k} = 0; k{k} < {size}; k{k} += 1) {{")
-                path += f"[k{k}]"
-            inner = self._finite(path, kind.item)
-            lines += [_INDENT * len(kind.dims) + line for line in inner]
-            return lines + [_INDENT * k + "}" for k in reversed(range(len(kind.dims)))]
+            place = "".join(f"[k{k}]" for k in range(len(kind.dims)))
+            return looped(kind.dims, self._finite(path + place, kind.item))
         return []
 
     def _keep(self, unit: Unit) -> Function:
@@ -131,8 +130,3 @@ class GuardOverrides:
             prototype=f"static {unit.type_name(result)} {name}({arguments})",
             body="".join(f"{_INDENT}{line}\n" for line in lines),
         )
-
-
-def _python(dispatcher: Any) -> Any:
-    """Return the Python function of a kernel."""
-    return getattr(dispatcher, "py_func", dispatcher)

@@ -1,7 +1,6 @@
 """Configuration and first state of a C module, from the first state that Python makes."""
 
 import math
-import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,61 +21,38 @@ from stickslip.export.c.translator.types import (
     UntranslatableError,
     c_name,
 )
-from stickslip.export.c.translator.unit import struct_name
-
-_PATH = re.compile(r"(.*?)(?:\[(\d+)\])?$")
 
 
 @dataclass(frozen=True)
 class FirstValue:
     """A part of the state that `init` sets from the configuration."""
 
-    name: str  # of the member of the first values
-    member: str  # of the state, with an index if it is one number of an array
+    member: str  # of the state
     kind: Type
-    place: int
+    places: slice  # in the vector
 
     @property
-    def declaration(self) -> str:
-        """The member of the structure of first values."""
-        return declaration(self.kind, self.name)
-
-
-def declaration(kind: Type, name: str) -> str:
-    """Return the declaration of numbers."""
-    if isinstance(kind, Array):
-        return f"{declaration(kind.item, name)}{''.join(f'[{size}]' for size in kind.dims)}"
-    if isinstance(kind, Record):
-        return f"{struct_name(kind.struct, 'config')} {name}"
-    assert isinstance(kind, Scalar)  # noqa: S101 - no other kind has a declaration
-    return f"{kind.name} {name}"
+    def name(self) -> str:
+        """Name of the member of the first values."""
+        return self.member.replace(".", "_")
 
 
 def first_values(module: Module) -> tuple[FirstValue, ...]:
     """Return the parts of the state that ``init`` sets."""
     layout = module.layout
-    if layout is None:
-        return ()
+    assert layout is not None  # noqa: S101 - a law has no first state
     return tuple(_first_value(layout, path) for path in module.first)
 
 
 def _first_value(layout: Layout, path: str) -> FirstValue:
-    for flat in layout.flats:
-        if flat.name == path:
-            return FirstValue(path, path, Array((flat.size,), REAL), flat.start)
-    match = _PATH.fullmatch(path)
-    assert match is not None  # noqa: S101 - it matches anything
-    member, *names = match[1].split(".")
+    member, *names = path.split(".")
     start, struct = next((s, each) for name, s, each in layout.records if name == member)
     kind: Type = Record(struct)
     for name in names:
         assert isinstance(kind, Record)  # noqa: S101 - only the last name is a number
         offset, kind = kind.struct.fields[name]
         start += offset
-    name = path.replace(".", "_").replace("[", "_").replace("]", "")
-    if match[2] is not None and isinstance(kind, Array):
-        return FirstValue(name, path, kind.item, start + int(match[2]))
-    return FirstValue(name, path, kind, start)
+    return FirstValue(path, kind, slice(start, start + count(kind)))
 
 
 def initialiser(kind: Type, numbers: Float[np.ndarray, " n"]) -> str:
@@ -134,25 +110,24 @@ def check_first(module: Module, vector: Float[np.ndarray, " s"]) -> None:
     left = vector.copy()
     if module.copied:
         copied = _first_value(layout, module.copied)
-        size = count(copied.kind)
-        if np.any(left[copied.place : copied.place + size] != left[:size]):
+        if np.any(left[copied.places] != left[: count(copied.kind)]):
             raise UntranslatableError(f"the first state of {module.copied}")
-        left[copied.place : copied.place + size] = 0.0
+        left[copied.places] = 0.0
     for first in first_values(module):
-        left[first.place : first.place + count(first.kind)] = 0.0
+        left[first.places] = 0.0
     for _, start, struct in layout.records:
-        _check_record(layout, struct, left, start)
+        _check_record(struct, left, start)
     for flat in layout.flats:
         if np.any(left[flat.start : flat.start + flat.size]):
             raise UntranslatableError(f"the first state of {layout.name}.{flat.name}")
 
 
-def _check_record(layout: Layout, struct: Struct, left: Any, start: int) -> None:
+def _check_record(struct: Struct, left: Any, start: int) -> None:
     for name in struct.used("state"):
         offset, kind = struct.fields[name]
         place = start + offset
         if isinstance(kind, Record):
-            _check_record(layout, kind.struct, left, place)
+            _check_record(kind.struct, left, place)
         elif np.any(left[place : place + count(kind)]):
             raise UntranslatableError(f"the first state of {struct.name}.{name}")
 
@@ -160,31 +135,19 @@ def _check_record(layout: Layout, struct: Struct, left: Any, start: int) -> None
 def state_bytes(module: Module, half: str, real: int) -> int:
     """Return the size of a half of a module's memory [bytes], with reals of so many bytes."""
     layout = module.layout
-    total = 0
     if layout is None:
         assert module.record is not None  # noqa: S101 - the law has a record
-        return _half_bytes(module.record, half, real)
-    for _, _, struct in layout.records:
-        total += _half_bytes(struct, half, real)
+        return _bytes(Record(module.record), half, real)
+    total = sum(_bytes(Record(struct), half, real) for _, _, struct in layout.records)
     if half == "state":
         return total + real * sum(flat.size for flat in layout.flats)
-    return total + sum(_bytes(each.kind, real) for each in first_values(module))
+    return total + sum(_bytes(each.kind, half, real) for each in first_values(module))
 
 
-def _half_bytes(struct: Struct, half: str, real: int) -> int:
-    total = 0
-    for name in struct.used(half):
-        kind = struct.fields[name][1]
-        inner = kind.item if isinstance(kind, Array) else kind
-        count = math.prod(kind.dims) if isinstance(kind, Array) else 1
-        if isinstance(inner, Record):
-            total += count * _half_bytes(inner.struct, half, real)
-        else:
-            total += count * _bytes(inner, real)
-    return total
-
-
-def _bytes(kind: Type, real: int) -> int:
+def _bytes(kind: Type, half: str, real: int) -> int:
     if isinstance(kind, Array):
-        return math.prod(kind.dims) * _bytes(kind.item, real)
+        return math.prod(kind.dims) * _bytes(kind.item, half, real)
+    if isinstance(kind, Record):
+        struct = kind.struct
+        return sum(_bytes(struct.fields[name][1], half, real) for name in struct.used(half))
     return {REAL: real, INT: 8, BOOL: 1}[kind]  # type: ignore[index]

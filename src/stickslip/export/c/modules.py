@@ -31,7 +31,7 @@ from stickslip.export.c.translator.types import (
     given_struct,
 )
 from stickslip.export.c.translator.unit import Unit
-from stickslip.export.c.translator.values import Value
+from stickslip.export.c.translator.values import Value, python_of
 from stickslip.numerics.named_fields import places
 from stickslip.records import SensorSample
 from stickslip.simulation.kernels import arm, single_mass
@@ -53,7 +53,7 @@ class Module:
     unit: Unit  #: The translated kernels.
     entries: Mapping[str, str]  #: Names in C of the kernels that its functions call.
     layout: Layout | None = None  #: Of the state; None for the law, which has none.
-    #: Fields of the state that `init` sets, as ``member.field`` or the name of a flat part.
+    #: Fields of the state that `init` sets, as ``member.field``.
     first: tuple[str, ...] = ()
     copied: str = ""  #: A part of the state that begins as a copy of others.
     copies: tuple[str, ...] = ()  #: The statements for that.
@@ -100,20 +100,15 @@ def _online_structs(parameters: int) -> dict[str, tuple[Any, Any, str]]:
     }
 
 
-def _python(dispatcher: Any) -> Any:
-    """Return the Python function of a kernel."""
-    return getattr(dispatcher, "py_func", dispatcher)
-
-
 def _translated(unit: Unit, entries: Mapping[str, tuple[Any, list[Value]]]) -> dict[str, str]:
     """Translate kernels with arguments; return their names in C."""
 
     def entry(each: Unit) -> None:
         for dispatcher, arguments in entries.values():
-            each.function(_python(dispatcher), arguments)
+            each.function(python_of(dispatcher), arguments)
 
     unit.translate(entry)
-    return {name: unit.name_of(_python(dispatcher)) for name, (dispatcher, _) in entries.items()}
+    return {name: unit.name_of(python_of(dispatcher)) for name, (dispatcher, _) in entries.items()}
 
 
 def _state(layout: Layout) -> Value:

@@ -14,8 +14,7 @@ from stickslip.export.base import (
     axis_in_words,
     only_axis,
 )
-from stickslip.export.c.quantities import QUANTITIES
-from stickslip.export.parameters import ExportParameters
+from stickslip.export.parameters import SLIDING, ExportParameters
 from stickslip.export.templates import heading, notes_on, number
 from stickslip.export.transmission import Side
 
@@ -38,7 +37,10 @@ class CodeExporter(Exporter):
     title: str = "C99 code for a drive, with tests"
     group: Group = "code"
     side: Side | None = None
-    represents: tuple[str, ...] = ("mass", "inertia", *QUANTITIES)
+    represents: tuple[str, ...] = (
+        *("mass", "inertia", *SLIDING, "offset", "quadratic_friction", "two_thirds_friction"),
+        *("low_speed_friction", "low_speed_velocity"),
+    )
     ending: str = ""
     several: bool = False
     options: tuple[str, ...] = ("precision", "sampling_time")

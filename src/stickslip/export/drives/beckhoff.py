@@ -5,17 +5,25 @@ import struct
 
 import numpy as np
 
-from stickslip.export.drives.table import AS_STATIC, FALLING, LAW
+from stickslip.export.base import MEAN
+from stickslip.export.drives.table import LAW, NO_FALL
 from stickslip.export.law_table import law_table
-from stickslip.export.template_exporter import MEAN, AxisToFill, Filling, TemplateExporter
+from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 from stickslip.records import InputError
 
-OFFSET = "is left out: the compensation follows the direction of motion"
-PEAK = (
-    "is left out: the drive gets the Coulomb friction, as a push of the static friction would make "
-    "the axis hunt"
-)
-NO_RISE = "is left out: the compensation does not rise with speed"
+_IN_ANY = {
+    "direction": MEAN,
+    "offset": "is left out: the compensation follows the direction of motion",
+}
+_NO_PEAK = _IN_ANY | {
+    "static_friction": "is left out: the drive gets the Coulomb friction, as a push of the static "
+    "friction would make the axis hunt"
+}
+COULOMB_ONLY = _NO_PEAK | {
+    "viscous_friction": "is left out: the compensation does not rise with speed"
+}
+"""Effects beside the Coulomb friction that a compensation does not represent."""
+
 _CNC_POINTS = 20  # default of P-COMP-00062
 _LEAST_SPEED = 1e-3  # of the first point, over the top speed: the CNC requires speeds above 0
 _VSTFR = 10.0  # rpm
@@ -120,7 +128,7 @@ AX8000 = TemplateExporter(
         "presliding_friction",
         "presliding_distance",
     ),
-    cannot={"direction": MEAN, "offset": OFFSET, "static_friction": PEAK},
+    cannot=_NO_PEAK,
     ending=".csv",
     several=False,
 )
@@ -131,12 +139,7 @@ TWINCAT_CNC = TemplateExporter(
     values=_twincat_cnc,
     template="frict_comp.lis.jinja",
     represents=LAW,
-    cannot={
-        "direction": MEAN,
-        "offset": OFFSET,
-        "static_friction": FALLING,
-        "stribeck_velocity": AS_STATIC,
-    },
+    cannot=_IN_ANY | NO_FALL,
     ending=".lis",
     several=False,
     options=("points", "top_speed", "rated_current", "torque_constant"),
@@ -149,12 +152,7 @@ AX2000 = TemplateExporter(
     template="ax2000.txt.jinja",
     side="motor",
     represents=("coulomb_friction",),
-    cannot={
-        "direction": MEAN,
-        "offset": OFFSET,
-        "static_friction": PEAK,
-        "viscous_friction": NO_RISE,
-    },
+    cannot=COULOMB_ONLY,
     ending=".txt",
     several=False,
     options=("torque_constant",),

@@ -1,7 +1,7 @@
 """Friction compensation of Bosch Rexroth IndraDrive."""
 
-from stickslip.export.drives.beckhoff import NO_RISE, OFFSET, PEAK, rated_effort
-from stickslip.export.template_exporter import MEAN, AxisToFill, Filling, TemplateExporter
+from stickslip.export.drives.beckhoff import COULOMB_ONLY, rated_effort
+from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 
 
 def _indradrive(axis: AxisToFill) -> Filling:
@@ -28,12 +28,7 @@ INDRADRIVE = TemplateExporter(
     template="indradrive.txt.jinja",
     side="motor",
     represents=("coulomb_friction",),
-    cannot={
-        "direction": MEAN,
-        "offset": OFFSET,
-        "static_friction": PEAK,
-        "viscous_friction": NO_RISE,
-    },
+    cannot=COULOMB_ONLY,
     ending=".txt",
     several=False,
     options=("rated_current", "torque_constant"),

@@ -60,28 +60,21 @@ class FmuModel:
 
 
 def _variables(
-    T: float, kind: AxisKind, constants: Mapping[str, tuple[str, float]], *rows: Variable
+    T: float, kind: AxisKind, constants: Mapping[str, float], *rows: Variable
 ) -> tuple[Variable, ...]:
-    """Return the time, the rows, and constants by name: their quantity and value."""
+    """Return the time, the rows, the sampling time and the constants by name."""
     return (
         Variable(name="time", causality="independent", description="Time", unit="s"),
         *rows,
-        Variable(
-            name="sampling_time",
-            causality="local",
-            description="Sampling time",
-            unit="s",
-            start=T,
-        ),
         *(
             Variable(
                 name=name,
                 causality="local",
-                description=parameter_label(quantity, kind),
-                unit=unit_of(quantity, kind),
+                description=parameter_label(name, kind),
+                unit=unit_of(name, kind),
                 start=value,
             )
-            for name, (quantity, value) in constants.items()
+            for name, value in {"sampling_time": T, **constants}.items()
         ),
     )
 
@@ -99,50 +92,46 @@ def plant_model(
     kind, flexible = plant.kind, plant.flexible
     what = "arm" if flexible else "axis"
     law = plant.friction
-    friction = {
-        name: (name, getattr(law, name))
-        for quantity in ("coulomb_friction", "static_friction", "viscous_friction")
-        for name in (f"{quantity}_positive", f"{quantity}_negative")
-    } | {"offset": ("offset", law.offset)}
     inertia = mass_name(kind)
     if isinstance(plant, FlexibleArm):
-        body = {
-            inertia: (inertia, plant.mass_1),
-            f"load_{inertia}": (f"load_{inertia}", plant.mass_2),
-            "stiffness": ("stiffness", plant.stiffness),
+        constants = {
+            inertia: plant.mass_1,
+            f"load_{inertia}": plant.mass_2,
+            "stiffness": plant.stiffness,
         }
     else:
-        body = {inertia: (inertia, plant.mass)}
+        constants = {inertia: plant.mass}
+    constants |= {
+        name: getattr(law, name)
+        for quantity in ("coulomb_friction", "static_friction", "viscous_friction")
+        for name in (f"{quantity}_positive", f"{quantity}_negative")
+    } | {"offset": law.offset}
     names = plant.state_names
-    states = {name: name.removeprefix("load_") for name in names}
-    words = {name: name.replace("_", " ") for name in names}
-    rows = [
+    effort = Variable(
+        name="effort",
+        causality="input",
+        description="Effort, held over a communication step",
+        unit=unit_of("effort", kind),
+        start=0.0,
+    )
+    outputs = [
         Variable(
-            name="effort",
-            causality="input",
-            description="Effort, held over a communication step",
-            unit=unit_of("effort", kind),
+            name=name,
+            causality="output",
+            description=name.replace("_", " ").capitalize(),
+            unit=unit_of(name.removeprefix("load_"), kind),
+        )
+        for name in names
+    ]
+    first = [
+        replace(
+            each,
+            name=f"initial_{each.name}",
+            causality="parameter",
+            description=f"Initial {each.description.lower()}",
             start=0.0,
-        ),
-        *(
-            Variable(
-                name=name,
-                causality="output",
-                description=words[name].capitalize(),
-                unit=unit_of(states[name], kind),
-            )
-            for name in names
-        ),
-        *(
-            Variable(
-                name=f"initial_{name}",
-                causality="parameter",
-                description=f"Initial {words[name]}",
-                unit=unit_of(states[name], kind),
-                start=0.0,
-            )
-            for name in names
-        ),
+        )
+        for each in outputs
     ]
     title = f"{axis}: " + ("flexible arm" if flexible else "rigid axis") + " with friction"
     module = arm_module() if flexible else axis_module()
@@ -151,7 +140,7 @@ def plant_model(
         title=title,
         identifier=f"{identifier(axis)}_{what}",
         sampling_time=sampling_time,
-        variables=_variables(sampling_time, kind, body | friction, *rows),
+        variables=_variables(sampling_time, kind, constants, effort, *outputs, *first),
         sources={
             "model.c": _plant_source(module, model, len(names), title, banner),
             "stickslip_types.h": template("types.h", banner=banner, arithmetic="DOUBLE"),
@@ -223,9 +212,13 @@ def observer_model(content: CodeContent, banner: str) -> FmuModel:
             ),
         ]
     rows += [
-        Variable(name=name, causality="output", description=words.capitalize(), unit="1")
+        Variable(
+            name=name,
+            causality="output",
+            description=name.replace("_", " ").capitalize(),
+            unit="1",
+        )
         for name in _COUNTS
-        for words in [name.replace("_", " ")]
     ]
     title = f"{content.axis}: online estimator of friction"
     own = f"{identifier(content.axis)}_observer"
@@ -242,8 +235,7 @@ def observer_model(content: CodeContent, banner: str) -> FmuModel:
         effort=1,
         first_output=first_output,
     )
-    inertia = mass_name(kind)
-    constants = {inertia: (inertia, content.inertia)}
+    constants = {mass_name(kind): content.inertia}
     return FmuModel(
         title=title,
         identifier=own,

@@ -4,14 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from stickslip.export.base import IN_A_JOINT, one_friction
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.template_exporter import (
-    MEAN,
-    NO_EFFORT,
-    AxisToFill,
-    Filling,
-    TemplateExporter,
-)
+from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 from stickslip.records import PARAMETER_NAMES, quantity_name, unit_of
 
 Range = tuple[float, float]
@@ -124,7 +119,7 @@ ISAAC_LAB_EVENTS = TemplateExporter(
     values=_isaac_lab_events,
     template="isaac_lab_events.py.jinja",
     represents=_FRICTION,
-    cannot={"direction": MEAN, "offset": NO_EFFORT},
+    cannot=IN_A_JOINT,
 )
 MJLAB_EVENTS = TemplateExporter(
     name="mjlab-events",
@@ -133,10 +128,5 @@ MJLAB_EVENTS = TemplateExporter(
     values=_mjlab_events,
     template="mjlab_events.py.jinja",
     represents=("coulomb_friction", "viscous_friction"),
-    cannot={
-        "direction": MEAN,
-        "offset": NO_EFFORT,
-        "static_friction": "is left out: the model has one friction value, and it gets the Coulomb "
-        "friction",
-    },
+    cannot=IN_A_JOINT | {"static_friction": one_friction("the model")},
 )

@@ -4,7 +4,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered
+from stickslip.export.base import (
+    MEAN,
+    Exporter,
+    ExportSettings,
+    FileToEdit,
+    Rendered,
+    one_friction,
+)
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, check_kind, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
@@ -18,16 +25,6 @@ the values that they change."""
 
 _KINDS = {"revolute": "rotary", "continuous": "rotary", "prismatic": "linear"}
 _NAMES = {"damping": "viscous_friction", "friction": "coulomb_friction"}
-
-
-def not_in(language: str) -> dict[str, str]:
-    """Return what becomes of the effects that a language does not represent."""
-    return {
-        "direction": "is replaced by the mean of both directions",
-        "offset": f"is left out: {language} has no constant joint effort",
-        "static_friction": f"is left out: {language} has one friction value, and it gets the "
-        "Coulomb friction",
-    }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,3 +61,19 @@ class DynamicsExporter(Exporter):
             edits += self.joint_edits(text, joint, values, remark, present)
         present.check(overwrite=settings.overwrite)
         return Rendered(files={"": text.edited(edits)}, notes=notes_on(self, axes))
+
+
+def dynamics_in(language: str, joint_edits: JointEdits, title: str = "") -> DynamicsExporter:
+    """Return the exporter of a language; its title is the language by default."""
+    return DynamicsExporter(
+        name=language.lower(),
+        title=title or language,
+        language=language,
+        joint_edits=joint_edits,
+        ending=f".{language.lower()}",
+        cannot={
+            "direction": MEAN,
+            "offset": f"is left out: {language} has no constant joint effort",
+            "static_friction": one_friction(language),
+        },
+    )

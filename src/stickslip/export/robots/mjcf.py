@@ -7,7 +7,14 @@ from typing import Literal
 
 import numpy as np
 
-from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered
+from stickslip.export.base import (
+    IN_A_JOINT,
+    Exporter,
+    ExportSettings,
+    FileToEdit,
+    Rendered,
+    prefix,
+)
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, armature, check_kind, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText, attribute
@@ -56,12 +63,7 @@ class MjcfExporter(Exporter):
         "static_friction",
         "stribeck_velocity",
     )
-    cannot: Mapping[str, str] = field(
-        default_factory=lambda: {
-            "direction": "is replaced by the mean of both directions",
-            "offset": "is left out: a joint has no constant effort",
-        }
-    )
+    cannot: Mapping[str, str] = field(default_factory=lambda: IN_A_JOINT)
     ending: str = ".xml"
     edits: Literal["never", "always"] = "always"
     options: tuple[str, ...] = ("link_inertia", "sampling_time", "top_speed")
@@ -108,7 +110,7 @@ class MjcfExporter(Exporter):
             remark = heading(self, one, (*notes_on(self, one), *assumed, *own))
             edits += text.insert_before(joint, text.comment(remark, text.indent(joint)))
             edits += text.set_attributes(joint, values)
-            notes += [f"{name}: {each}" if len(axes) > 1 else each for each in own]
+            notes += [prefix(name, axes) + each for each in own]
         edits += _motor_edits(text, motors, present)
         present.check(overwrite=settings.overwrite)
         return Rendered(files={"": text.edited(edits)}, notes=tuple(notes))

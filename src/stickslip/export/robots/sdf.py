@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from stickslip.export.robots.dynamics import DynamicsExporter, not_in
+from stickslip.export.robots.dynamics import dynamics_in
 from stickslip.export.robots.joints import PresentValues
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.records import InputError
@@ -40,11 +40,4 @@ def _joint_edits(
     return [*edits, *(text.insert_child(dynamics, list(lines.values())) if lines else [])]
 
 
-SDF = DynamicsExporter(
-    name="sdf",
-    title="SDF (Gazebo)",
-    language="SDF",
-    joint_edits=_joint_edits,
-    ending=".sdf",
-    cannot=not_in("SDF"),
-)
+SDF = dynamics_in("SDF", _joint_edits, title="SDF (Gazebo)")

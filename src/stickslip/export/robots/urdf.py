@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from stickslip.export.robots.dynamics import DynamicsExporter, not_in
+from stickslip.export.robots.dynamics import dynamics_in
 from stickslip.export.robots.joints import PresentValues
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 
@@ -32,11 +32,4 @@ def _joint_edits(
     return [*text.insert_before(dynamics, comment), *text.set_attributes(dynamics, values)]
 
 
-URDF = DynamicsExporter(
-    name="urdf",
-    title="URDF",
-    language="URDF",
-    joint_edits=_joint_edits,
-    ending=".urdf",
-    cannot=not_in("URDF"),
-)
+URDF = dynamics_in("URDF", _joint_edits)

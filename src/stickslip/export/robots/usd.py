@@ -5,11 +5,20 @@ import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Literal
 
 from stickslip.errors import RequiredExtra
-from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered, choices
+from stickslip.export.base import (
+    IN_A_JOINT,
+    Exporter,
+    ExportSettings,
+    FileToEdit,
+    Rendered,
+    choices,
+    prefix,
+)
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, armature, check_kind, edited_file
 from stickslip.export.templates import filled_in, heading, notes_on, number
@@ -41,8 +50,7 @@ class UsdExporter(Exporter):
     represents: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "static_friction")
     cannot: Mapping[str, str] = field(
         default_factory=lambda: {
-            "direction": "is replaced by the mean of both directions",
-            "offset": "is left out: a joint has no constant effort",
+            **IN_A_JOINT,
             "stribeck_velocity": "is left out: PhysX changes from static to dynamic friction when "
             "the joint moves; Newton has one friction value, and it gets the Coulomb friction",
         }
@@ -86,7 +94,7 @@ class UsdExporter(Exporter):
                         "schemas": [each.format(axis=axis) for each in _SCHEMAS],
                     }
                 )
-                notes += [f"{name}: {each}" if len(axes) > 1 else each for each in remark]
+                notes += [prefix(name, axes) + each for each in remark]
             present.check(overwrite=settings.overwrite)
             default = stage.GetDefaultPrim()
             default_prim = default.GetName() if default else ""
@@ -183,11 +191,12 @@ class _Units:
 def _values(parameters: ExportParameters, inertia: float | None, units: _Units) -> dict[str, float]:
     """Return the attributes of a joint."""
     length, mass = 1.0 / units.metre, 1.0 / units.kilogram
-    rotary = parameters.kind == "rotary"
-    axis = "angular" if rotary else "linear"
-    effort = mass * length**2 if rotary else mass * length
-    per_velocity = mass * length**2 * _PER_DEGREE if rotary else mass
-    of_inertia = mass * length**2 if rotary else mass
+    if parameters.kind == "rotary":
+        axis, scale = "angular", mass * length**2
+        effort, per_velocity = scale, scale * _PER_DEGREE
+    else:
+        axis, scale = "linear", mass
+        effort, per_velocity = mass * length, mass
     coulomb = parameters.mean("coulomb_friction")
     static = parameters.mean("static_friction")
     viscous = parameters.mean("viscous_friction")
@@ -202,8 +211,8 @@ def _values(parameters: ExportParameters, inertia: float | None, units: _Units) 
         values[f"physxJointAxis:{axis}:viscousFrictionCoefficient"] = viscous * per_velocity
         values["newton:damping"] = viscous * per_velocity
     if inertia is not None:
-        values[f"physxJointAxis:{axis}:armature"] = inertia * of_inertia
-        values["newton:armature"] = inertia * of_inertia
+        values[f"physxJointAxis:{axis}:armature"] = inertia * scale
+        values["newton:armature"] = inertia * scale
     return values
 
 
@@ -223,19 +232,20 @@ def _tree(prims: list[dict[str, Any]]) -> list[tuple[int, str, dict[str, Any] | 
     """Return the lines of nested overs: depth, name (empty for an end), and what a joint has."""
     lines: list[tuple[int, str, dict[str, Any] | None]] = []
     open_names: list[str] = []
-    for prim in sorted(prims, key=lambda each: each["names"]):
-        *around, name = prim["names"]
-        common = 0
-        while common < min(len(around), len(open_names)) and around[common] == open_names[common]:
-            common += 1
-        while len(open_names) > common:
+
+    def close(depth: int) -> None:
+        while len(open_names) > depth:
             open_names.pop()
             lines.append((len(open_names), "", None))
+
+    for prim in sorted(prims, key=lambda each: each["names"]):
+        *around, name = prim["names"]
+        pairs = zip(around, open_names, strict=False)
+        common = len(list(takewhile(lambda pair: pair[0] == pair[1], pairs)))
+        close(common)
         for each in around[common:]:
             lines.append((len(open_names), each, None))
             open_names.append(each)
         lines.append((len(open_names), name, prim))
-    while open_names:
-        open_names.pop()
-        lines.append((len(open_names), "", None))
+    close(0)
     return lines

@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.export.law_table import falling_table
+from stickslip.export.base import MEAN
+from stickslip.export.law_table import law_table
 from stickslip.export.parameters import SLIDING
-from stickslip.export.template_exporter import MEAN, AxisToFill, Filling, TemplateExporter
+from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 from stickslip.records import mass_name
 
 _POINTS = 10
@@ -36,7 +37,7 @@ def _modelica(axis: AxisToFill) -> Filling:
     if stribeck is not None and static > coulomb:
         points = _POINTS if settings.points is None else settings.points
         top = 10.0 * stribeck if settings.top_speed is None else settings.top_speed
-        table = falling_table(parameters, points=points, top_speed=top)
+        table = law_table(parameters, points=points, top_speed=top, falling=True)
         rows = list(zip(table.speed, table.magnitude, strict=True))
         peak, error = 1.0, table.error
     notes = ["The table goes on beyond its last point along its last line"]
@@ -60,7 +61,6 @@ def _linear(common: dict[str, Any], static: float, stribeck: float | None) -> Fi
 MODELICA = TemplateExporter(
     name="modelica",
     title="Modelica",
-    group="simulator",
     values=_modelica,
     template="friction.mo.jinja",
     side=None,

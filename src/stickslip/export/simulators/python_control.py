@@ -36,7 +36,6 @@ def _python_control(axis: AxisToFill) -> Filling:
 PYTHON_CONTROL = TemplateExporter(
     name="python-control",
     title="python-control",
-    group="simulator",
     values=_python_control,
     template="python_control.py.jinja",
     side=None,

@@ -1,13 +1,8 @@
 """Friction as Python code for Isaac Lab, Genesis and Drake."""
 
+from stickslip.export.base import IN_A_JOINT, one_friction
 from stickslip.export.robots.joints import armature, including_link
-from stickslip.export.template_exporter import (
-    MEAN,
-    NO_EFFORT,
-    AxisToFill,
-    Filling,
-    TemplateExporter,
-)
+from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 
 
 def _isaac_lab(axis: AxisToFill) -> Filling:
@@ -67,13 +62,11 @@ def _present(values: dict[str, float | None]) -> dict[str, float]:
 ISAAC_LAB = TemplateExporter(
     name="isaac-lab",
     title="Isaac Lab",
-    group="simulator",
     values=_isaac_lab,
     template="isaac_lab.py.jinja",
     represents=("coulomb_friction", "viscous_friction", "static_friction"),
-    cannot={
-        "direction": MEAN,
-        "offset": NO_EFFORT,
+    cannot=IN_A_JOINT
+    | {
         "stribeck_velocity": "is left out: PhysX changes from static to dynamic friction when the "
         "joint moves",
     },
@@ -82,30 +75,22 @@ ISAAC_LAB = TemplateExporter(
 GENESIS = TemplateExporter(
     name="genesis",
     title="Genesis",
-    group="simulator",
     values=_genesis,
     template="genesis.py.jinja",
     represents=("coulomb_friction", "viscous_friction"),
-    cannot={
-        "direction": MEAN,
-        "offset": NO_EFFORT,
-        "static_friction": "is left out: Genesis has one friction value, and it gets the Coulomb "
-        "friction",
-    },
+    cannot=IN_A_JOINT | {"static_friction": one_friction("Genesis")},
     options=("link_inertia",),
 )
 DRAKE = TemplateExporter(
     name="drake",
     title="Drake",
-    group="simulator",
     values=_drake,
     template="drake.py.jinja",
     represents=("viscous_friction",),
-    cannot={
+    cannot=IN_A_JOINT
+    | {
         "coulomb_friction": "is left out: joints of Drake have no Coulomb friction, and a joint "
         "that the real axis holds at rest moves there",
         "static_friction": "is left out, as Coulomb friction is",
-        "direction": MEAN,
-        "offset": NO_EFFORT,
     },
 )

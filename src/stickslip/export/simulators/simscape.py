@@ -5,8 +5,9 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.export.base import MEAN
 from stickslip.export.parameters import SLIDING
-from stickslip.export.template_exporter import MEAN, AxisToFill, Filling, TemplateExporter
+from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 from stickslip.records import positive
 
 _SLOWEST = 1e-3  # breakaway velocity without a Stribeck effect, over the top speed
@@ -70,7 +71,6 @@ def smoothed(
 SIMSCAPE = TemplateExporter(
     name="simscape",
     title="Simscape",
-    group="simulator",
     values=_simscape,
     template="simscape.m.jinja",
     side=None,

@@ -170,17 +170,18 @@ def _filled(
     found: dict[str, Meaning | None] = {}
     entries: dict[str, Any] = {}
     notes: list[str] = []
-    for channel in sorted(CHANNELS, key=lambda each: each != "position"):  # has the rate group
-        if getattr(schema, channel) is not None:
-            continue
-        needed = channel in _NEEDED or (channel == "time" and not sampled)
-        if not needed and (channel == "time" or not open_ended):
-            continue
-        try:
+    try:
+        for channel in sorted(CHANNELS, key=lambda each: each != "position"):  # has the rate group
+            if getattr(schema, channel) is not None:
+                continue
+            needed = channel in _NEEDED or (channel == "time" and not sampled)
+            if not needed and (channel == "time" or not open_ended):
+                continue
             meant = _column_for(table, discovery, channel, key, schema, entries)
-        except InputError as error:
-            return Assignment(axis=axis, schema=schema, found=found, problem=error)
-        if meant is not None:
+            if meant is None:
+                if needed:
+                    raise _not_found(table, discovery, channel)
+                continue
             found[channel] = meant
             entries[channel] = meant.column
             unused = discovery.unused(channel, meant.axis) if channel == "effort" else []
@@ -189,12 +190,10 @@ def _filled(
                 notes.append(
                     f"effort is not read from {listed}, as {meant.column!r} is more direct"
                 )
-        elif needed:
-            error = _not_found(table, discovery, channel)
-            return Assignment(axis=axis, schema=schema, found=found, problem=error)
-    position, effort = found.get("position"), found.get("effort")
-    if position is not None and effort is not None and position.axis != effort.axis:
-        error = _not_found(table, discovery, "effort")
+        position, effort = found.get("position"), found.get("effort")
+        if position is not None and effort is not None and position.axis != effort.axis:
+            raise _not_found(table, discovery, "effort")
+    except InputError as error:
         return Assignment(axis=axis, schema=schema, found=found, problem=error)
     complete = replace(schema, **entries)
     return Assignment(axis=axis, schema=complete, found=found, notes=tuple(notes))

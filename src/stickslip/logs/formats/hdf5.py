@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from stickslip.errors import RequiredExtra
+from stickslip.logs.formats.arrays import NUMERIC
 from stickslip.logs.table import Column, Table, groups_by_length
 from stickslip.records import InputError
 
-_NUMERIC = "biuf"
 _MOST_COLUMNS = 100  # columns of one dataset: what has more is an image or a scan
 
 _DEEPEST = 20
@@ -23,7 +23,7 @@ def read_hdf5(path: Path) -> Table:
     A column of a matrix is called ``/group/data[:,3]``, counted from 0, a field of a compound
     dataset ``/group/data/field``. A unit is that of the attribute ``unit`` or ``units``.
     """
-    h5py = _library(path.name)
+    h5py = h5py_for(path.name, "an HDF5 file")
     places: dict[str, tuple[str, Any]] = {}
     units: dict[str, str] = {}
     constants: dict[str, float] = {}
@@ -31,7 +31,7 @@ def read_hdf5(path: Path) -> Table:
     skipped: list[str] = []
     with h5py.File(path, "r") as file:
         for name, dataset in _datasets(file, "", 0):
-            if dataset.size == 1 and dataset.dtype.kind in _NUMERIC:
+            if dataset.size == 1 and dataset.dtype.kind in NUMERIC:
                 constants[name] = float(np.squeeze(dataset[()]))
                 continue
             columns = _columns(name, dataset)
@@ -73,8 +73,9 @@ def read_hdf5(path: Path) -> Table:
     )
 
 
-def _library(label: str) -> Any:
-    with RequiredExtra("hdf5", f"{label} is an HDF5 file; reading it"):
+def h5py_for(label: str, kind: str) -> Any:
+    """Return the library h5py, which a file of a kind needs."""
+    with RequiredExtra("hdf5", f"{label} is {kind}; reading it"):
         import h5py
     return h5py
 
@@ -99,14 +100,14 @@ def _is_numeric(dataset: Any) -> bool:
     """Return whether a dataset holds numbers or rows of them; a data type of its own holds none."""
     if not getattr(dataset, "size", None):
         return False
-    return dataset.dtype.kind in _NUMERIC or bool(dataset.dtype.names)
+    return dataset.dtype.kind in NUMERIC or bool(dataset.dtype.names)
 
 
 def _columns(name: str, dataset: Any) -> list[tuple[str, Any]] | None:
     """Return the columns of a dataset, each with its part of the values; None if there are many."""
     if dataset.dtype.names:
         kinds = [(field, dataset.dtype[field]) for field in dataset.dtype.names]
-        numeric = [field for field, kind in kinds if kind.kind in _NUMERIC and dataset.ndim == 1]
+        numeric = [field for field, kind in kinds if kind.kind in NUMERIC and dataset.ndim == 1]
         return [(f"{name}/{field}", field) for field in numeric]
     if dataset.ndim == 1:
         return [(name, None)]

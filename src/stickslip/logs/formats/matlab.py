@@ -1,7 +1,7 @@
 """MATLAB files as columns, with time series, tables and data sets of Simulink."""
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.errors import RequiredExtra
 from stickslip.logs.formats.arrays import NUMERIC, table_of_arrays
+from stickslip.logs.formats.hdf5 import h5py_for
 from stickslip.logs.table import Table
 
 _SIGNATURE_V73 = b"\x89HDF\r\n\x1a\n"
@@ -16,6 +17,7 @@ _USERBLOCK = 512
 _SUBSYSTEM = slice(116, 124)
 """Place in the header of version 5 of the offset of the objects; blank or zero without any."""
 
+_VERSION_73 = "a MATLAB 7.3 file"
 _DEEPEST = 20
 _DATA, _TIME = ("Data_", "Data"), ("Time_", "Time")
 _UNIFORM = ("Start", "Increment", "Length")
@@ -35,12 +37,10 @@ def read_matlab(path: Path) -> Table:
         head = file.read(_USERBLOCK + len(_SIGNATURE_V73))
     is_73 = head[_USERBLOCK:] == _SIGNATURE_V73
     found = _Found()
-    if _has_objects(path, head, is_73=is_73):
-        for name, value in _with_objects(path).items():
-            if not name.startswith("__"):
-                found.visit(name, value, 0)
-    else:
-        for name, value in (_version_73 if is_73 else _version_5)(path):
+    with_objects = _has_objects(path, head, is_73=is_73)
+    read = _with_objects if with_objects else _version_73 if is_73 else _version_5
+    for name, value in read(path):
+        if not name.startswith("__"):
             found.visit(name, value, 0)
     return table_of_arrays(
         found.arrays, path.name, counts_from=1, times=found.times, notes=found.notes
@@ -51,35 +51,27 @@ def _has_objects(path: Path, head: bytes, *, is_73: bool) -> bool:
     """Return whether a file holds objects of classes."""
     if not is_73:
         return head[:6] == b"MATLAB" and bool(head[_SUBSYSTEM].strip(b"\0 "))
-    h5py = _h5py(path.name)
-    with h5py.File(path, "r") as file:
+    with h5py_for(path.name, _VERSION_73).File(path, "r") as file:
         return "#subsystem#" in file
 
 
-def _with_objects(path: Path) -> Mapping[str, Any]:
+def _with_objects(path: Path) -> Iterable[tuple[str, Any]]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about classes that have no counterpart in Python
         purpose = f"{path.name} holds time series, tables or other objects; reading it"
         with RequiredExtra("matlab", purpose):
             from matio import load_from_mat
-        return load_from_mat(str(path))
+        return load_from_mat(str(path)).items()
 
 
-def _version_5(path: Path) -> Iterator[tuple[str, Any]]:
+def _version_5(path: Path) -> Iterable[tuple[str, Any]]:
     import scipy.io
 
-    variables: Mapping[str, Any] = scipy.io.loadmat(str(path), simplify_cells=True)
-    yield from ((name, value) for name, value in variables.items() if not name.startswith("__"))
-
-
-def _h5py(label: str) -> Any:
-    with RequiredExtra("hdf5", f"{label} is a MATLAB 7.3 file; reading it"):
-        import h5py
-    return h5py
+    return scipy.io.loadmat(str(path), simplify_cells=True).items()
 
 
 def _version_73(path: Path) -> Iterator[_Variable]:
-    with _h5py(path.name).File(path, "r") as file:
+    with h5py_for(path.name, _VERSION_73).File(path, "r") as file:
         yield from _datasets(file, "", 0)
 
 

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import RequiredExtra
-from stickslip.logs.table import Column, RateGroup, Table, name_columns
+from stickslip.logs.formats.arrays import NUMERIC
+from stickslip.logs.table import Column, RateGroup, Table, name_titles
 from stickslip.records import InputError
 
 if TYPE_CHECKING:
     from asammdf import MDF
-
-_NUMERIC = "biuf"
 
 
 def read_tdms(path: Path) -> Table:
@@ -31,7 +30,7 @@ def read_tdms(path: Path) -> Table:
                 if channel.dtype is None or not len(channel):
                     continue
                 kind = np.dtype(channel.dtype).kind
-                if kind not in _NUMERIC + "M":
+                if kind not in NUMERIC + "M":
                     continue
                 name = f"{group.name}/{channel.name}"
                 places[name] = (group.name, channel.name)
@@ -131,7 +130,7 @@ def read_mdf(path: Path) -> Table:
                 first = file.get(
                     group=number, index=index, record_count=1, ignore_invalidation_bits=True
                 )
-                if first.samples.dtype.kind not in _NUMERIC or first.samples.ndim != 1:
+                if first.samples.dtype.kind not in NUMERIC or first.samples.ndim != 1:
                     continue
                 own.append(len(titles))
                 titles.append(channel.name)
@@ -147,8 +146,7 @@ def read_mdf(path: Path) -> Table:
                     places.append((number, None))
     if not titles:
         raise InputError("no_numbers_in_measurement", where=path.name)
-    headers, _ = name_columns([title.replace("[", "(").replace("]", ")") for title in titles])
-    names = list(headers)
+    names = name_titles(titles)
     located = dict(zip(names, places, strict=True))
 
     def load(wanted: Sequence[str]) -> dict[str, Column]:

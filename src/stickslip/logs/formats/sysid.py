@@ -52,26 +52,30 @@ def read_sysid(path: Path) -> Table:
     rotation, as SysId does.
     """
     if path.stat().st_size > _LARGEST:
-        raise InputError("no_sysid_log", where=path.name, reason="it is larger than such logs are")
+        raise _no_log(path.name, "it is larger than such logs are")
     document = json.loads(path.read_bytes())
     if not isinstance(document, dict) or not any(test in document for test in _TESTS):
-        raise InputError("no_sysid_log", where=path.name, reason="it has none of their tests")
+        raise _no_log(path.name, "it has none of their tests")
     tests = [_test(document, name, path.name) for name in _TESTS if document.get(name)]
     tests = [test for test in tests if test.size]
     if not tests or len({test.shape[1] for test in tests}) > 1:
-        raise InputError("no_sysid_log", where=path.name, reason="its tests have no common columns")
+        raise _no_log(path.name, "its tests have no common columns")
     tests.sort(key=lambda test: test[0, 0])
     rows = np.concatenate(tests)
     names = _COLUMNS[rows.shape[1]]
     factor = document.get("unitsPerRotation", 1.0)
     if not isinstance(factor, int | float):
-        raise InputError("no_sysid_log", where=path.name, reason="unitsPerRotation is no number")
+        raise _no_log(path.name, "unitsPerRotation is no number")
     unit = _UNITS.get(str(document.get("units", "")).lower(), "")
     columns: dict[str, np.ndarray] = {}
     for k, name in enumerate(names):
         turned = name.endswith(("position", "velocity"))
         columns[_header(name, unit)] = rows[:, k] * (factor if turned else 1.0)
     return table_of_arrays(columns, path.name, counts_from=0)
+
+
+def _no_log(label: str, reason: str) -> InputError:
+    return InputError("no_sysid_log", where=label, reason=reason)
 
 
 def _header(name: str, unit: str) -> str:
@@ -88,7 +92,7 @@ def _header(name: str, unit: str) -> str:
 def _test(document: Mapping[str, Any], name: str, label: str) -> np.ndarray:
     rows: Any = document[name]
     if not isinstance(rows, Sequence) or isinstance(rows, str):
-        raise InputError("no_sysid_log", where=label, reason=f"{name} is no list of rows")
+        raise _no_log(label, f"{name} is no list of rows")
     widths = {len(row) if isinstance(row, list) else 0 for row in rows}
     try:
         values = np.array(rows, dtype=np.float64)
@@ -96,7 +100,5 @@ def _test(document: Mapping[str, Any], name: str, label: str) -> np.ndarray:
         widths, values = set[int](), np.empty((0, 0))
     if len(widths) != 1 or not widths <= _COLUMNS.keys() or values.ndim != 2:
         listed = " or ".join(map(str, _COLUMNS))
-        raise InputError(
-            "no_sysid_log", where=label, reason=f"{name} has no rows of {listed} numbers"
-        )
+        raise _no_log(label, f"{name} has no rows of {listed} numbers")
     return values

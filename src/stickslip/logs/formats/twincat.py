@@ -6,7 +6,7 @@ from itertools import islice
 
 import numpy as np
 
-from stickslip.logs.table import Column, RateGroup, Table, name_columns
+from stickslip.logs.table import Column, RateGroup, Table, name_titles
 from stickslip.records import InputError
 
 _DELIMITERS = "\t;:, "
@@ -65,8 +65,7 @@ def _table(
         own.setdefault(kept, []).extend(range(begin + 1, end))
     places = [place for stamp, channels in own.items() for place in (stamp, *channels)]
     titles = ["time" if place in own else names[place].strip() or "?" for place in places]
-    headers, _ = name_columns([title.replace("[", "(").replace("]", ")") for title in titles])
-    by_place = dict(zip(places, headers, strict=True))
+    by_place = dict(zip(places, name_titles(titles), strict=True))
     listed = {by_place[place]: place for place in places}
     absolute = {place for place in own if columns[place].size and columns[place][0] > _FILETIME}
     origin = min((columns[place][0] for place in absolute), default=0.0)

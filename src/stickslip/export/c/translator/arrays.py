@@ -8,7 +8,6 @@ import numpy as np
 
 from stickslip.export.c.translator.expressions import Expressions
 from stickslip.export.c.translator.types import (
-    BOOL,
     INT,
     REAL,
     Array,
@@ -25,9 +24,9 @@ from stickslip.export.c.translator.values import (
     Value,
     at_place,
     cast,
+    common_type,
     constant,
     element,
-    unified,
 )
 
 
@@ -82,10 +81,9 @@ class Arrays(Expressions):
             if all(isinstance(value.type, Tuple) for value in values):
                 self._rows_of_tuples(name, values)
                 return True
-            kind: Type = BOOL
-            for value in values:
-                kind = unified(kind, value.type)
-            assert isinstance(kind, Scalar)  # noqa: S101 - BOOL is one
+            kind = common_type(values)
+            if not isinstance(kind, Scalar):
+                raise UntranslatableError(f"{name} is a tuple of a {kind}")
             self._store(name, Array((len(values),), kind))
             for k, value in enumerate(values):
                 self.emit(f"{c_name(name)}[{k}] = {cast(value, kind).code};")

@@ -23,6 +23,7 @@ from stickslip.export.c.translator.types import (
     Type,
     UntranslatableError,
     Vector,
+    item_of,
 )
 from stickslip.export.c.translator.values import (
     AND,
@@ -41,6 +42,7 @@ from stickslip.export.c.translator.values import (
     constant,
     element,
     field_of,
+    python_of,
     quotient,
     unified,
 )
@@ -143,7 +145,7 @@ class Expressions(ABC):
         if name in struct.pins:
             return constant(struct.pins[name])
         struct.read.add(name)
-        inner = kind.item if isinstance(kind, Array) else kind
+        inner = item_of(kind)
         if isinstance(inner, Record):
             halves = inner.struct.halves or ("state",)
             states, configs = "state" in halves, "config" in halves
@@ -344,8 +346,8 @@ class Expressions(ABC):
             return self.gathered([element(array, [constant(k)]) for k in places])
         if getattr(function, "__qualname__", "") == "fields_at.<locals>.fields":
             return self._fields(function, self.value(node.args[0]))
-        if isinstance(getattr(function, "py_func", function), types.FunctionType):
-            return self._kernel_call(getattr(function, "py_func", function), node)
+        if isinstance(kernel := python_of(function), types.FunctionType):
+            return self._kernel_call(kernel, node)
         values = [self.value(each) for each in node.args]
         self._one_effect(node, values)
         return self._built_in(function, values, node)

@@ -3,6 +3,8 @@
 import ast
 import re
 from collections import Counter
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import Any
 
 from stickslip.export.c.translator.arrays import Arrays, has_slice
@@ -24,6 +26,7 @@ from stickslip.export.c.translator.values import (
     Value,
     at_place,
     cast,
+    common_type,
     constant,
     unified,
 )
@@ -105,11 +108,6 @@ class Statements(Arrays):
 
     def assign_from(self, target: ast.expr, source: ast.expr) -> None:
         """Translate one assignment."""
-        if isinstance(target, ast.Name) and target.id == "_":
-            value = self.value(source)
-            if value.impure:
-                self.emit(f"(void){value.code};")
-            return
         if isinstance(target, ast.Name) and self._new_array(target.id, source):
             return
         if isinstance(target, ast.Subscript) and has_slice(target):
@@ -137,8 +135,6 @@ class Statements(Arrays):
             self.emit(f"{_pointed(place.code)} = {_pointed(value.code)};")
             return
         if isinstance(place.type, Array):
-            if 0 in place.type.dims:
-                return
             raise UntranslatableError(f"an array is assigned to {ast.unparse(target)}")
         if self._nowhere(target):
             return
@@ -267,10 +263,25 @@ class Statements(Arrays):
         if len(self.lines) != before:
             raise UntranslatableError(f"the condition {ast.unparse(node.test)} takes statements")
         self.emit(f"while ({test.code}) {{")
-        outer, self.unrolled = self.unrolled, 0
-        self._nested(node.body)
-        self.unrolled = outer
+        self._repeated(node.body)
         self.emit("}")
+
+    def _repeated(self, statements: list[ast.stmt]) -> None:
+        """Translate the statements of a loop, which they may leave."""
+        outer, self.unrolled = self.unrolled, 0
+        self._nested(statements)
+        self.unrolled = outer
+
+    @contextmanager
+    def _counter(self, name: str, value: Value) -> Generator[None]:
+        """Bind a name within a loop; its last value is not that of Python."""
+        before = self.names.get(name)
+        self.names[name] = value
+        yield
+        if before is None:
+            del self.names[name]
+        else:
+            self.names[name] = before
 
     def _loop(self, node: ast.For, start: Value, stop: Value, step: int) -> None:
         assert isinstance(node.target, ast.Name)  # noqa: S101 - as the caller has found
@@ -284,9 +295,8 @@ class Statements(Arrays):
             stop.const is None and self._assigns(node.body, stop.code)
         ):
             stop = self._held(stop)
-        before = self.names.get(name)
         value = Value(INT, own)
-        self.names[name] = value if region is None else at_place(Place(region, value, region))
+        counter = value if region is None else at_place(Place(region, value, region))
         compare, change = ("<", "+=") if step > 0 else (">", "-=")
         self.emit(
             f"for (int64_t {own} = {start.code}; {own} {compare} {stop.code}; "
@@ -294,12 +304,9 @@ class Statements(Arrays):
         )
         if self._assigns(node.body, name):
             raise UntranslatableError(f"the loop over {name} changes it")
-        self._nested(node.body)
+        with self._counter(name, counter):
+            self._repeated(node.body)
         self.emit("}")
-        if before is None:
-            del self.names[name]  # its last value is not that of Python
-        else:
-            self.names[name] = before
 
     def _assigns(self, body: list[ast.stmt], name: str) -> bool:
         """Return whether statements assign a name."""
@@ -328,9 +335,7 @@ class Statements(Arrays):
 
     def _loop_over(self, node: ast.For, name: str, values: list[Value]) -> None:
         """Translate a loop over numbers."""
-        kind = values[0].type
-        for value in values:
-            kind = unified(kind, value.type)
+        kind = common_type(values)
         self.scratch += 1
         table, counter = f"t{self.scratch}", f"k{self.scratch}"
         codes = ", ".join(cast(value, kind).code for value in values)
@@ -339,14 +344,9 @@ class Statements(Arrays):
         self.depth += 1
         self.emit(f"const {self.unit.declared(kind, c_name(name))} = {table}[{counter}];")
         self.depth -= 1
-        before = self.names.get(name)
-        self.names[name] = Value(kind, c_name(name))
-        outer, self.unrolled = self.unrolled, 0
-        self._nested(node.body)
-        self.unrolled = outer
+        with self._counter(name, Value(kind, c_name(name))):
+            self._repeated(node.body)
         self.emit("}")
-        if before is None:
-            del self.names[name]
 
     def _Break(self, _: ast.Break) -> None:  # noqa: N802
         self._leave("break;")
@@ -381,26 +381,12 @@ class Statements(Arrays):
             values = [self.value(node.value)]
         if len(values) == 1:
             self._widen(values[0].type)
-            if isinstance(self.result, Tuple) and values[0].type != self.result:
-                held = self._held(values[0])
-                kinds = values[0].type
-                assert isinstance(kinds, Tuple)  # noqa: S101 - as unified found
-                values = [
-                    Value(kind, f"{held.code}.{kinds.member(str(j))}")
-                    for j, kind in enumerate(kinds.items)
-                ]
-            else:
-                self.emit(f"return {cast(values[0], self.result).code};")
-                return
-        else:
-            self._widen(Tuple(tuple(value.type for value in values)))
+            self.emit(f"return {cast(values[0], self.result).code};")
+            return
+        self._widen(Tuple(tuple(value.type for value in values)))
         assert isinstance(self.result, Tuple)  # noqa: S101 - there are several values
-        parts = [
-            cast(value, kind).code for value, kind in zip(values, self.result.items, strict=True)
-        ]
-        inner = ", ".join(parts)
-        braced = f"{{{{{inner}}}}}" if self.result.alike else f"{{{inner}}}"
-        self.emit(f"return ({self.unit.type_name(self.result)}){braced};")
+        parts = [cast(value, kind) for value, kind in zip(values, self.result.items, strict=True)]
+        self.emit(f"return {self.gathered(parts).code};")
 
     def _widen(self, kind: Type) -> None:
         """Let the result hold values of another type too."""

@@ -92,18 +92,17 @@ Type = Scalar | Array | Record | Tuple | Vector
 
 
 def suffix(kind: Type) -> str:
-    """Return a short name of a type, for names of tuples and of specialised functions."""
+    """Return a short name of a type, for the names of tuples."""
     if isinstance(kind, Scalar):
-        return {"real": "r", "int64_t": "i", "bool": "b", "void": "v"}[kind.name]
-    if isinstance(kind, Array):
-        return "a" + "x".join(map(str, kind.dims))
-    if isinstance(kind, Record):
-        return kind.struct.name
+        return {"real": "r", "int64_t": "i", "bool": "b"}[kind.name]
     if isinstance(kind, Tuple) and kind.alike:
         return f"t{len(kind.items)}{suffix(kind.items[0])}"
-    if isinstance(kind, Tuple):
-        return "t" + "".join(map(suffix, kind.items))
-    return kind.layout.name
+    raise UntranslatableError(f"a tuple with a {kind}")
+
+
+def item_of(kind: Type) -> Type:
+    """Return the type of the items of an array; other types are returned as they are."""
+    return kind.item if isinstance(kind, Array) else kind
 
 
 @dataclass(eq=False)
@@ -132,8 +131,7 @@ class Struct:
         """Return whether a field has a part in a half."""
         if name not in self.read | self.written or (self.state_only and half == "config"):
             return False
-        kind = self.fields[name][1]
-        inner = kind.item if isinstance(kind, Array) else kind
+        inner = item_of(self.fields[name][1])
         if isinstance(inner, Record):
             return bool(inner.struct.used(half))
         if self.given or not self.settled:
@@ -149,7 +147,7 @@ class Struct:
         """Note that every field is written, and those of its structures."""
         for name, (_, kind) in self.fields.items():
             self.written.add(name)
-            inner = kind.item if isinstance(kind, Array) else kind
+            inner = item_of(kind)
             if isinstance(inner, Record):
                 inner.struct.write_all()
 
@@ -195,7 +193,7 @@ class Structs:
 
         def visit(struct: Struct) -> None:
             for _, kind in struct.fields.values():
-                inner = kind.item if isinstance(kind, Array) else kind
+                inner = item_of(kind)
                 if isinstance(inner, Record):
                     visit(inner.struct)
             if struct not in done:

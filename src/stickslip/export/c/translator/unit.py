@@ -197,11 +197,9 @@ class Unit:
 
     def declared(self, kind: Type, name: str) -> str:
         """Return the declaration of a variable."""
-        if isinstance(kind, Array):
-            item = kind.item
-            assert isinstance(item, Scalar)  # noqa: S101 - records stay in the state
-            return f"{item.name} {name}{''.join(f'[{size}]' for size in kind.dims)}"
-        return f"{self.type_name(kind)} {name}"
+        if isinstance(kind, Tuple):
+            return f"{self.type_name(kind)} {name}"
+        return declaration(kind, name)
 
     def tuples(self) -> str:
         """Return the types of what functions return."""
@@ -229,18 +227,29 @@ class Unit:
     def _structure(self, struct: Struct, half: str) -> str:
         lines = ["typedef struct {"]
         for name in struct.used(half):
-            kind = struct.fields[name][1]
-            inner = kind.item if isinstance(kind, Array) else kind
-            dims = "".join(f"[{size}]" for size in kind.dims) if isinstance(kind, Array) else ""
-            if isinstance(inner, Record):
-                declared = f"{struct_name(inner.struct, half)} {c_name(name)}{dims};"
-            else:
-                assert isinstance(inner, Scalar)  # noqa: S101 - no other items
-                declared = f"{inner.name} {c_name(name)}{dims};"
+            declared = declaration(struct.fields[name][1], c_name(name), half)
             comment = struct.comments.get(name)
-            lines.append(f"    {declared}" + (f" /* {comment} */" if comment else ""))
+            lines.append(f"    {declared};" + (f" /* {comment} */" if comment else ""))
         lines.append(f"}} {struct_name(struct, half)};")
         return "\n".join(lines)
+
+
+def declaration(kind: Type, name: str, half: str = "config") -> str:
+    """Return the declaration of numbers, or of a half of a record."""
+    if isinstance(kind, Array):
+        return declaration(kind.item, name, half) + "".join(f"[{size}]" for size in kind.dims)
+    if isinstance(kind, Record):
+        return f"{struct_name(kind.struct, half)} {name}"
+    assert isinstance(kind, Scalar)  # noqa: S101 - no other kind has a declaration
+    return f"{kind.name} {name}"
+
+
+def looped(dims: tuple[int, ...], lines: list[str]) -> list[str]:
+    """Return statements in loops over all places of an array, by ``k0``, ``k1`` and so on."""
+    for k, size in reversed(list(enumerate(dims))):
+        head = f"for (int64_t k{k} = 0; k{k} < {size}; k{k} += 1) {{"
+        lines = [head, *(f"    {line}" for line in lines), "}"]
+    return lines
 
 
 def struct_name(struct: Struct, half: str) -> str:

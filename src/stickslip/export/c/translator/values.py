@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import reduce
+from typing import Any
 
 from stickslip.export.c.translator.types import (
     BOOL,
@@ -81,13 +83,12 @@ def unified(first: Type, second: Type) -> Type:
     order: list[Type] = [BOOL, INT, REAL]
     if first in order and second in order:
         return order[max(order.index(first), order.index(second))]
-    if (
-        isinstance(first, Array)
-        and isinstance(second, Array)
-        and (first.dims, first.item) == (second.dims, second.item)
-    ):
-        return replace(first, const=first.const or second.const)
     raise UntranslatableError(f"a value is a {first} and a {second}")
+
+
+def common_type(values: list[Value]) -> Type:
+    """Return the type that holds all of some values."""
+    return reduce(unified, (value.type for value in values))
 
 
 def cast(value: Value, to: Type) -> Value:
@@ -177,6 +178,11 @@ def comparison(operator: str, left: Value, right: Value) -> Value:
     rank = EQ if operator in ("==", "!=") else REL
     code = f"{left.within(rank, right=True)} {operator} {right.within(rank, right=True)}"
     return Value(BOOL, code, rank, impure=left.impure or right.impure)
+
+
+def python_of(function: Any) -> Any:
+    """Return the Python function of a compiled kernel; other objects are returned as they are."""
+    return getattr(function, "py_func", function)
 
 
 def field_of(pointer: str, name: str) -> str:
