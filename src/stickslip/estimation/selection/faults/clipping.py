@@ -85,7 +85,7 @@ def _pile(
     """
     if not 0.0 < width < 0.5 * top:
         return 0.0
-    structure = np.ones(tuning.fewest_samples)
+    structure = np.ones(tuning.fewest_samples, dtype=np.int64)
     count = sum(int(np.sum(ndimage.binary_opening(e > top - width, structure))) for e in efforts)
     below = sum(int(np.sum((e <= top - width) & (e > top - 2.0 * width))) for e in efforts)
     size = sum(e.size for e in efforts)
