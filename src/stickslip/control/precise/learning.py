@@ -138,7 +138,7 @@ _ROUGH = 5e-4  # of the way so far: no axis follows the law more closely
 _ALIKE = 20.0  # samples of a move whose deviations from the law are taken for independent
 _EARLY_FRICTION, _EARLY = 0.2, 0.05  # of friction, and of the samples of a move: unlike the law
 _NO_EARLY = 2.5  # such samples are neglected: a short move has too few to teach otherwise
-_CLEARLY = 3.0  # difference of evidence, once the delay is known: models side by side hardly differ
+_CLEARLY = 3.0  # difference of evidence: models side by side hardly differ
 _CERTAIN = 6.0  # such a difference excludes a model
 _DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
 _SIMPLER = 1.0  # evidence against each sample of an unknown lag
@@ -325,13 +325,13 @@ def learn(p: Any, x: float, measured: bool) -> None:
 def choose(p: Any) -> bool:
     """Choose the model with the best evidence; return whether it changes.
 
-    Once the delay is known, it has to be clearly better.
+    It has to be clearly better, but after the axis has begun to move and shows its delay.
     """
     best = p.best
     for h in range(MODELS):
         if p.evidence[h] < p.evidence[best]:
             best = h
-    clearly = _CLEARLY if p.known else 0.0
+    clearly = _CLEARLY if p.known or p.seen == 0 else 0.0
     changed = p.evidence[best] < p.evidence[p.best] - clearly
     if changed:
         p.best = best
