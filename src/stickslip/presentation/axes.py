@@ -18,7 +18,7 @@ from stickslip.presentation.page import (
     headed_list,
 )
 from stickslip.presentation.table import Cell, Column, Table
-from stickslip.presentation.words import NONE, missing_parameters, or_none, value_with_half
+from stickslip.presentation.words import NONE, or_none, reasons_of_status, value_with_half
 from stickslip.records import AxesIdentification, Identification, parameter_label, unit_text
 
 _IN_TABLE = ("mass", "inertia", "coulomb_friction", "viscous_friction", "static_friction", "offset")
@@ -118,7 +118,7 @@ def _blocks(found: Identification, anchor: str) -> list[Block]:
     """Return the sections of the page of one axis, each under a heading."""
     status, page = found.estimate.status, identification_page(found)
     blocks: list[Block] = [Text(status.text, "lead", f"{status.word}.")]
-    reasons = missing_parameters(found.estimate)
+    reasons = reasons_of_status(found.estimate)
     if reasons:
         blocks.append(Listed(reasons))
     for section in page.sections:

@@ -34,8 +34,8 @@ from stickslip.presentation.words import (
     Judgement,
     assumed_units,
     judged,
-    missing_parameters,
     printed_unit,
+    reasons_of_status,
     share_text,
     side_text,
     value_text,
@@ -101,7 +101,7 @@ def identification_page(found: Identification) -> Page:
         kicker=f"friction identification · {found.log.kind} axis",
         name=found.name,
         verdict=Verdict(
-            status.trusted, status.word, status.text + caution, missing_parameters(estimate)
+            status.trusted, status.word, status.text + caution, reasons_of_status(estimate)
         ),
         facts=_facts(found),
         sections=sections,

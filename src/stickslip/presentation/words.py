@@ -69,6 +69,14 @@ def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") ->
     return [f"{', '.join(names)}: {in_words(reason)}" for reason, names in reasons.items()]
 
 
+def reasons_of_status(estimate: FrictionEstimate, kind: AxisKind = "linear") -> list[str]:
+    """Return the cause of a mismatch, which the first note names, or else the missing parameters."""
+    notes = estimate.diagnostics.notes
+    if estimate.status is Status.MODEL_MISMATCH and notes:
+        return [in_words(notes[0])]
+    return missing_parameters(estimate, kind)
+
+
 def side_text(estimate: FrictionEstimate) -> str:
     """Return a sentence on the side of the gear that the values refer to; empty if not known."""
     side = estimate.provenance.side
