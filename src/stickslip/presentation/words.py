@@ -70,7 +70,7 @@ def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") ->
 
 
 def reasons_of_status(estimate: FrictionEstimate, kind: AxisKind = "linear") -> list[str]:
-    """Return the cause of a mismatch, which the first note names, or else the missing parameters."""
+    """Return the cause of a mismatch, which is the first note, or else the missing parameters."""
     notes = estimate.diagnostics.notes
     if estimate.status is Status.MODEL_MISMATCH and notes:
         return [in_words(notes[0])]
