@@ -311,7 +311,7 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
             half, value = float(half_width[k]), float(values[k])
             reason = None
             if name == problem.mass_name and half > abs(value):
-                reason = "its 95 % interval is wider than the value itself"
+                reason = "half of its 95 % interval exceeds the value itself"
             elif name in unsure:
                 reason = (
                     "the innovations are not white, and slow motion alone does not determine it"
