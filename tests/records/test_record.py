@@ -12,7 +12,15 @@ import numpy as np
 import pytest
 from jaxtyping import Float
 
-from stickslip.records import JointLog, JointLogs, LogDeviation, ModelSelection, Status, TermScore
+from stickslip.records import (
+    JointLog,
+    JointLogs,
+    LogDeviation,
+    ModelSelection,
+    Status,
+    TermScore,
+    share_text,
+)
 from stickslip.records.record import Record, Valued
 
 SCORE = TermScore(
@@ -150,3 +158,10 @@ def test_a_missing_number_is_equal_to_one_only() -> None:
 def test_a_record_with_an_array_has_no_hash() -> None:
     with pytest.raises(TypeError, match="unhashable"):
         hash(INNER)
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(2.1, "210 %"), (5.34, "534 %"), (0.996, "100 %"), (0.0123, "1.2 %")]
+)
+def test_a_share_is_a_plain_number(share: float, text: str) -> None:
+    assert share_text(share) == text

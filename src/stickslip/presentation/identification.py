@@ -36,7 +36,6 @@ from stickslip.presentation.words import (
     judged,
     printed_unit,
     reasons_of_status,
-    share_text,
     side_text,
     value_text,
     value_texts,
@@ -55,6 +54,7 @@ from stickslip.records import (
     Validation,
     in_words,
     parameter_label,
+    share_text,
     unit_text,
 )
 

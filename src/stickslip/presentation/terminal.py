@@ -17,7 +17,6 @@ from stickslip.presentation.words import (
     prefixed,
     printed_unit,
     reasons_of_status,
-    share_text,
     side_text,
 )
 from stickslip.records import (
@@ -31,6 +30,7 @@ from stickslip.records import (
     Positioning,
     in_words,
     parameter_label,
+    share_text,
     unit_of,
 )
 

@@ -137,16 +137,6 @@ def ratio_text(ratio: float) -> str:
     return f"{ratio:.3g}" if abs(ratio) < 1000 else f"{ratio:.0f}"
 
 
-def share_text(share: float) -> str:
-    """Return a share in percent, with two digits however small it is.
-
-    >>> share_text(0.000024), share_text(0.0), share_text(2.7)
-    ('0.0024 %', '0 %', '270 %')
-    """
-    text = f"{100 * share:.2g}"
-    return f"{100 * share:.0f} %" if "e+" in text else f"{text} %"
-
-
 def between_text(low: float | None, high: float | None) -> str:
     """Return the limits that a value lies between, None where there is none.
 
