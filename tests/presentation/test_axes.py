@@ -3,9 +3,10 @@
 import io
 from dataclasses import replace
 
+import pytest
 from rich.console import Console
 
-from stickslip.presentation.axes import axes_page
+from stickslip.presentation.axes import axes_page, axes_table
 from stickslip.presentation.page import Listed, rendered
 from stickslip.presentation.terminal import print_axes
 from stickslip.records import AxesIdentification, Identification, Status
@@ -36,3 +37,22 @@ def test_the_reason_for_a_mismatch_is_its_cause(doubtful: Identification) -> Non
     assert first[0].sentences == [CAUSE]
     assert CAUSE not in " ".join(first[1].sentences)
     assert CAUSE in rendered(page)
+
+
+@pytest.mark.parametrize(
+    ("read", "unread", "expected"),
+    [
+        (["1", "3", "10"], ["2", "4"], ["1", "2", "3", "4", "10"]),
+        (["base", "elbow"], ["arm"], ["base", "elbow", "arm"]),
+        (["j1", "c 1", "j3"], ["c 2", "j2"], ["j1", "c 1", "j2", "c 2", "j3"]),
+    ],
+)
+def test_numbered_axes_are_in_their_order(
+    read: list[str], unread: list[str], expected: list[str], identification: Identification
+) -> None:
+    found = AxesIdentification(
+        name="robot",
+        axes=dict.fromkeys(read, identification),
+        unread=dict.fromkeys(unread, "it does not move"),
+    )
+    assert [row[0] for row in axes_table(found).rows] == expected

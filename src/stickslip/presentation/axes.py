@@ -1,5 +1,6 @@
 """The identified axes of a log as one table and one page; nothing is estimated here."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -49,7 +50,7 @@ def axes_table(found: AxesIdentification) -> Table:
         columns.append(Column("Unexplained effort", short="unex-\nplained"))
     if validated:
         columns.append(Column("Error of prediction", short="error on\nother log"))
-    rows: list[list[str | Cell]] = []
+    rows: dict[str, list[str | Cell]] = {}
     for axis, each in every:
         status = each.estimate.status
         row: list[str | Cell] = [
@@ -68,11 +69,23 @@ def axes_table(found: AxesIdentification) -> Table:
         if validated:
             error = None if each.validation is None else each.validation.error
             row.append(or_none(error, lambda value: f"{value:.2%}"))
-        rows.append(row)
+        rows[axis] = row
     for axis in found.unread:
         cells = [NONE] * (len(columns) - 2)
-        rows.append([axis, Cell("Not identified", "bad"), *cells])
-    return Table(columns=columns, rows=rows, what="axes")
+        rows[axis] = [axis, Cell("Not identified", "bad"), *cells]
+    return Table(columns=columns, rows=[rows[axis] for axis in _by_number(rows)], what="axes")
+
+
+def _by_number(names: Iterable[str]) -> list[str]:
+    """Return names in their order, but those that differ only in their numbers in that of these."""
+    every = list(names)
+    texts = [re.sub(r"\d+", "#", name) for name in every]
+    ordered = sorted(every, key=lambda name: [int(each) for each in re.findall(r"\d+", name)])
+    alike = {
+        text: iter([name for name in ordered if re.sub(r"\d+", "#", name) == text])
+        for text in texts
+    }
+    return [next(alike[text]) for text in texts]
 
 
 def outcome(found: AxesIdentification) -> str:
