@@ -84,6 +84,22 @@ def test_ctrl_c_is_one_line(two_axes, delay):
     assert not any(Path(f"/proc/{each}").exists() for each in workers)
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs a terminal")
+def test_a_terminal_shows_the_axes_while_the_first_is_identified(two_axes):
+    terminal, end = os.openpty()
+    running = subprocess.Popen(
+        [sys.executable, "-m", "stickslip", "identify", str(two_axes)],
+        stdout=subprocess.DEVNULL, stderr=end, start_new_session=True,
+    )  # fmt: skip
+    os.close(end)
+    shown = b""
+    while b"identifying x, y" not in shown:
+        shown += os.read(terminal, 4096)  # an error when the program has ended
+    os.killpg(running.pid, signal.SIGINT)
+    os.close(terminal)
+    assert running.wait(timeout=60) != 0
+
+
 def test_axis_that_the_log_does_not_have(run, two_axes):
     run("identify", two_axes, "--axis", "z").refused("there is no axis 'z'")
 

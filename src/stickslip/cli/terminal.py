@@ -84,7 +84,7 @@ def axis_progress(axes: Sequence[str]) -> Generator[Callable[[str, int, int], No
 
     Yields a function of the axis that is done, the number done, and of all; None elsewhere.
     """
-    with progress_bar("identifying") as advance:
+    with progress_bar("identifying", quiet_time=0.0) as advance:
         if advance is None:
             yield None
             return
@@ -99,8 +99,10 @@ def axis_progress(axes: Sequence[str]) -> Generator[Callable[[str, int, int], No
 
 
 @contextlib.contextmanager
-def progress_bar(doing: str) -> Generator[Callable[..., None] | None]:
-    """Draw a bar on a terminal once the work takes a while; print nothing elsewhere.
+def progress_bar(
+    doing: str, quiet_time: float = _QUIET_TIME
+) -> Generator[Callable[..., None] | None]:
+    """Draw a bar on a terminal after ``quiet_time`` [s]; print nothing elsewhere.
 
     Yields a function of the amounts done and in all, and of what is done next; None where there is
     no bar.
@@ -117,7 +119,7 @@ def progress_bar(doing: str) -> Generator[Callable[..., None] | None]:
 
         def advance(done: int, every: int, doing: str | None = None) -> None:
             bar.update(task, completed=done, total=every, description=doing)
-            if not bar.live.is_started and time.monotonic() - begun > _QUIET_TIME:
+            if not bar.live.is_started and time.monotonic() - begun >= quiet_time:
                 drawn.enter_context(bar)
 
         yield advance
