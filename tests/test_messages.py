@@ -158,3 +158,8 @@ def test_errors_copy_with_their_quantities(error: InputError) -> None:
         assert other.quantities == error.quantities
     with pytest.raises(TypeError, match="does not support item assignment"):
         error.quantities["value"] = 1.0  # type: ignore[index]
+
+
+def test_a_percentage_is_a_plain_number() -> None:
+    error = InputError("known_load_uncertain", where="a", percent=210.0, most=10.0)
+    assert "torque constant to 210.0 % only" in str(error)

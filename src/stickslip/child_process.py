@@ -22,6 +22,7 @@ class ChildProcess:
             stdout=subprocess.PIPE,
             stderr=stderr,
             env=env,
+            process_group=0,  # Ctrl-C interrupts this process, which ends the other
         )
 
     def ask(self, request: Any) -> Any:
@@ -33,12 +34,12 @@ class ChildProcess:
         return pickle.load(cast("IO[bytes]", self.process.stdout))  # noqa: S301 - our own process
 
     def end(self) -> None:
-        """End the process, at once if it is at work."""
+        """End the process, at once if it is at work; a thread that waits for it gets an error."""
+        self.process.kill()
+        self.process.wait()
         for pipe in (self.process.stdin, self.process.stdout):
             with suppress(OSError):
                 cast("IO[bytes]", pipe).close()
-        self.process.kill()
-        self.process.wait()
 
 
 def answer(reply: Callable[[Any], Any]) -> None:
@@ -48,7 +49,7 @@ def answer(reply: Callable[[Any], Any]) -> None:
     while True:
         try:
             request = pickle.load(sys.stdin.buffer)  # noqa: S301 - of this package
-        except (EOFError, KeyboardInterrupt):
+        except EOFError:
             return
         pickle.dump(reply(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
         answers.flush()

@@ -212,9 +212,9 @@ def _real(name: str, values: Any) -> Any:
 
 
 def _number(name: str, value: Any, unit: str) -> float:
-    """Return a value as a float, also one that is not finite; text is no number."""
+    """Return a value as a float, also one that is not finite; text and flags are no numbers."""
     try:
-        return float("text" if isinstance(value, str | bytes) else value)
+        return float("text" if isinstance(value, str | bytes | bool) else value)
     except (TypeError, ValueError):
         raise InputError("not_a_number", name=name, value=value, unit=unit) from None
 

@@ -1,6 +1,12 @@
 """Several axes of a log, and the inspection of one, on the command line."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -50,6 +56,48 @@ def test_identify_all_axes(run, two_axes, tmp_path):
     np.testing.assert_allclose(masses, 3.0, rtol=0.02)
     assert document["axes"]["x"]["validation"]["error"] < 0.05
     assert report.stat().st_size > 10_000
+
+
+def workers_of(process):
+    """Return the processes that a process has started."""
+    parents = Path(f"/proc/{process.pid}/task").glob("*/children")
+    return [int(each) for path in parents for each in path.read_text().split()]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")
+@pytest.mark.parametrize("delay", [0.1, pytest.param(3.0, marks=pytest.mark.slow)])
+def test_ctrl_c_is_one_line(two_axes, delay):
+    running = subprocess.Popen(
+        [sys.executable, "-m", "stickslip", "identify", str(two_axes)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 60.0
+    while len(workers := workers_of(running)) < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    time.sleep(delay)
+    os.killpg(running.pid, signal.SIGINT)  # as a terminal does: to all processes of the group
+    output, said = running.communicate(timeout=60)
+    assert (running.returncode, output) == (130, "")
+    lines = [line for line in said.splitlines() if "compiling the kernels" not in line]
+    assert lines == ["stickslip: interrupted; nothing was left half-written"]
+    assert not any(Path(f"/proc/{each}").exists() for each in workers)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs a terminal")
+def test_a_terminal_shows_the_axes_while_the_first_is_identified(two_axes):
+    terminal, end = os.openpty()
+    running = subprocess.Popen(
+        [sys.executable, "-m", "stickslip", "identify", str(two_axes)],
+        stdout=subprocess.DEVNULL, stderr=end, start_new_session=True,
+    )  # fmt: skip
+    os.close(end)
+    shown = b""
+    while b"identifying x, y" not in shown:
+        shown += os.read(terminal, 4096)  # an error when the program has ended
+    os.killpg(running.pid, signal.SIGINT)
+    os.close(terminal)
+    assert running.wait(timeout=60) != 0
 
 
 def test_axis_that_the_log_does_not_have(run, two_axes):

@@ -232,7 +232,9 @@ def test_an_effect_is_small_beside_the_effort_and_not_beside_derivatives(
     assert (half / np.max(np.abs(effort)) < 0.1) == informative
     assert half / np.max(np.abs(rows.target)) < 0.1  # the limit would not hold there
     assert found.parameters["offset"].identified == informative
-    assert ("wider than the value" in reasons(found).get("offset", "")) != informative
+    assert (
+        "half of its 95 % interval exceeds the value" in reasons(found).get("offset", "")
+    ) != informative
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.5 * np.pi, 1.0])

@@ -230,7 +230,7 @@ def test_static_friction_that_the_motion_does_not_show_is_not_identifiable() -> 
     assert estimate.status is Status.NOT_IDENTIFIABLE
     assert estimate.parameters["static_friction"].value is None
     reasons = {v.parameter: v.reason for v in estimate.diagnostics.verdicts}
-    assert "wider than the value" in reasons["static_friction"]
+    assert "half of its 95 % interval exceeds the value" in reasons["static_friction"]
     assert estimate.value("coulomb_friction") == pytest.approx(0.15, rel=0.05)
 
 

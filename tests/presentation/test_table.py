@@ -1,12 +1,14 @@
 """A table is built once; the terminal and the page show the same of it."""
 
 import io
+from pathlib import Path
 
 import pytest
+from pages import browsed
 from rich.console import Console
 
 from stickslip.presentation import Cell, Column, Table
-from stickslip.presentation.page import Page, Section, rendered
+from stickslip.presentation.page import Markup, Page, Section, rendered
 from stickslip.presentation.table import print_table
 
 COLUMNS = (
@@ -69,3 +71,23 @@ def test_no_console_cuts_a_column() -> None:
     assert max(map(len, lines)) <= 30
     assert sum("name" in line.split() for line in lines) == 2
     assert "…" not in "".join(lines)
+
+
+_MEASURED = """<script>addEventListener("load", () => {
+  const tables = [...document.querySelectorAll(".wide")];
+  document.body.dataset.cut = tables.filter(each => each.scrollWidth > each.clientWidth).length;
+});</script>"""
+
+
+@pytest.mark.parametrize("interval", ["4.99943 ± 0.00098", "0.0361 (0.0243 to 0.0458)"])
+def test_a_wide_table_fits_a_page_on_a_desktop(interval: str, tmp_path: Path) -> None:
+    """As wide as those of the axes of a log and of estimators: values with intervals in a row."""
+    columns = [Column("Axis", "left"), Column("Status", "left")]
+    columns += [Column("Viscous friction [N s/m]") for _ in range(7)]
+    cells = [Cell("Not identifiable from this log", "bad"), *[interval] * 7]
+    section = Section(
+        "one", "One", [Table(columns=columns, rows=[["a", *cells]]), Markup(_MEASURED)]
+    )
+    path = tmp_path / "page.html"
+    path.write_text(rendered(Page(title="", kicker="", name="", sections=[section], version="0")))
+    assert 'data-cut="0"' in browsed(path, "--window-size=1200,900")

@@ -12,6 +12,7 @@ from stickslip.presentation.words import (
     Judgement,
     judged,
     missing_parameters,
+    reasons_of_status,
     rounded,
     value_texts,
     value_with_half,
@@ -56,6 +57,18 @@ def test_every_parameter_is_judged_with_its_reason() -> None:
     assert missing_parameters(estimate) == ["Offset: it does not move"]
     assert missing_parameters(replace(estimate, diagnostics=replace(
         estimate.diagnostics, verdicts=()))) == []  # fmt: skip
+
+
+@pytest.mark.parametrize("status", Status)
+def test_the_first_note_is_the_reason_for_a_mismatch(status: Status) -> None:
+    doubtful = doubtful_estimate()
+    notes = ("the viscous_friction changes; identify the parts", "another note")
+    noted = replace(doubtful, diagnostics=replace(doubtful.diagnostics, notes=notes), status=status)
+    missing = missing_parameters(doubtful)
+    mismatch = status is Status.MODEL_MISMATCH
+    expected = ["the viscous friction changes; identify the parts"] if mismatch else missing
+    assert reasons_of_status(noted) == expected
+    assert reasons_of_status(replace(doubtful, status=status)) == missing
 
 
 @pytest.mark.parametrize("status", Status)

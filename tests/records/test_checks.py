@@ -10,7 +10,7 @@ from stickslip.records import non_negative, positive, whole
 
 
 @pytest.mark.usefixtures("without_shape_checks")
-@pytest.mark.parametrize("value", ["3 kg", "3", None, [1.0, 2.0]])
+@pytest.mark.parametrize("value", ["3 kg", "3", None, [1.0, 2.0], True])
 def test_what_is_no_number_is_refused(value: Any) -> None:
     for check in (positive, non_negative):
         with refuses("not_a_number", name="mass"):

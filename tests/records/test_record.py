@@ -1,14 +1,26 @@
 """Records as plain JSON types."""
 
+import copy
 import json
+import math
+import pickle
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
 from jaxtyping import Float
 
-from stickslip.records import JointLog, JointLogs, LogDeviation, ModelSelection, Status, TermScore
+from stickslip.records import (
+    JointLog,
+    JointLogs,
+    LogDeviation,
+    ModelSelection,
+    Status,
+    TermScore,
+    share_text,
+)
 from stickslip.records.record import Record, Valued
 
 SCORE = TermScore(
@@ -87,3 +99,69 @@ def test_mappings_of_a_record_are_copies_that_cannot_be_changed() -> None:
     assert dict(inner.values) == {"a": (1.0, "m")}
     with pytest.raises(TypeError):
         inner.values["b"] = (2.0, "m")  # type: ignore[index]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Leaf(Record):
+    """A record whose contents have hashes."""
+
+    numbers: tuple[float, float]
+    name: str
+
+
+def leaf(number: float = 1.0) -> Leaf:
+    return Leaf(numbers=(number, 2.0), name="a")
+
+
+def array(*values: float) -> np.ndarray:
+    return np.array(values)
+
+
+INNER = Inner(values={"a": (1.0, "m")}, array=array(1.0, math.nan), status=Status.OK)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"array": array(1.0, 2.0)},
+        {"array": array(1.0)},
+        {"values": {"a": (1.0, "s")}},
+        {"values": {"a": (math.nan, "m")}},
+        {"values": {"a": (None, "m")}},
+        {"values": {"b": (1.0, "m")}},
+        {"values": {}},
+        {"status": Status.POOR_FIT},
+    ],
+    ids=str,
+)
+def test_records_are_equal_if_their_contents_are(change: dict[str, Any]) -> None:
+    other = replace(INNER, **change)
+    for record in (INNER, other, Outer(inner=INNER), Outer(inner=other)):
+        assert copy.deepcopy(record) == record
+        assert pickle.loads(pickle.dumps(record)) == record  # noqa: S301 - its own bytes
+    assert other != INNER
+    assert other != INNER
+    assert Outer(inner=INNER) != Outer(inner=other)
+    assert Outer(inner=INNER) != INNER
+    assert INNER != "text"
+
+
+def test_a_missing_number_is_equal_to_one_only() -> None:
+    one, other = leaf(math.nan), leaf(float("nan"))
+    assert one == other
+    assert hash(one) == hash(other)
+    assert len({one, other, leaf(), leaf()}) == 2
+    assert one != leaf()
+    assert leaf() != one
+
+
+def test_a_record_with_an_array_has_no_hash() -> None:
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(INNER)
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(2.1, "210 %"), (5.34, "534 %"), (0.996, "100 %"), (0.0123, "1.2 %")]
+)
+def test_a_share_is_a_plain_number(share: float, text: str) -> None:
+    assert share_text(share) == text

@@ -54,6 +54,19 @@ def test_a_mass_may_be_given_by_either_name(log: AxisLog) -> None:
         identify(log, mass=1.0, inertia=1.0)
 
 
+@pytest.mark.usefixtures("without_shape_checks")
+def test_values_of_another_type_are_refused(log: AxisLog) -> None:
+    wrong: Any = b"plain.csv"
+    with refuses("not_a_path", found="bytes"):
+        identify(wrong)
+    with refuses("not_a_number", name="mass", value=True):
+        identify(log, mass=True)
+    for name in ("per_direction", "offset", "stribeck", "select"):
+        options: dict[str, Any] = {name: "no"}
+        with refuses("wrong_type", name=name, found="str"):
+            identify(log, **options)
+
+
 def test_a_term_may_be_given_as_one_word(log: AxisLog) -> None:
     found = identify(log, include="spring").estimate
     assert found.provenance.options["include"] == ["spring"]

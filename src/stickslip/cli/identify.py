@@ -212,9 +212,10 @@ def _all_axes(
     files: ResultFiles,
 ) -> int:
     """Identify every axis of a log, print and write the results, and return the exit code."""
-    from stickslip.tasks.axes import axes_validated, identify_axes
-
     with axis_progress(list(axes)) as progress:
+        from stickslip import write_report
+        from stickslip.tasks.axes import axes_validated, identify_axes
+
         found = identify_axes(
             axes, name=log.stem, estimator=estimator, task=task, progress=progress
         )

@@ -85,7 +85,7 @@ def axis_progress(axes: Sequence[str]) -> Generator[Callable[[str, int, int], No
     Yields a function of the axis that is done, the number done and the number of all; None
     elsewhere.
     """
-    with progress_bar("identifying") as advance:
+    with progress_bar("identifying", quiet_time=0.0) as advance:
         if advance is None:
             yield None
             return
@@ -100,8 +100,10 @@ def axis_progress(axes: Sequence[str]) -> Generator[Callable[[str, int, int], No
 
 
 @contextlib.contextmanager
-def progress_bar(doing: str) -> Generator[Callable[..., None] | None]:
-    """Draw a bar on a terminal if the work takes more than two seconds; print nothing elsewhere.
+def progress_bar(
+    doing: str, quiet_time: float = _QUIET_TIME
+) -> Generator[Callable[..., None] | None]:
+    """Draw a bar on a terminal after ``quiet_time`` [s]; print nothing elsewhere.
 
     Yields a function of the number done, the number of all, and the description of the next step;
     None without a bar.
@@ -118,7 +120,7 @@ def progress_bar(doing: str) -> Generator[Callable[..., None] | None]:
 
         def advance(done: int, every: int, doing: str | None = None) -> None:
             bar.update(task, completed=done, total=every, description=doing)
-            if not bar.live.is_started and time.monotonic() - begun > _QUIET_TIME:
+            if not bar.live.is_started and time.monotonic() - begun >= quiet_time:
                 drawn.enter_context(bar)
 
         yield advance

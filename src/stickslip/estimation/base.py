@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 State = Float[np.ndarray, " s"]
 
+_FLAGS = ("per_direction", "offset", "stribeck", "select")
 LARGEST_DELAY = 100
 """Largest delay of the effort that can be searched [samples]: each delay takes a fit."""
 
@@ -168,9 +169,15 @@ class EstimationTask:
         Raises
         ------
         InputError
-            If a value is not positive, only one of load inertia and stiffness is given, an offset
-            is combined with friction per direction, or the largest delay is out of range.
+            If a flag is no bool, a value is not positive, only one of load inertia and stiffness is
+            given, an offset is combined with friction per direction, or the largest delay is out of
+            range.
         """
+        for name in _FLAGS:
+            flag = getattr(self, name)
+            if not isinstance(flag, bool | np.bool_) and not (name == "offset" and flag is None):
+                found = type(flag).__name__
+                raise InputError("wrong_type", name=name, found=found, needed=("bool",))
         body = mass_name(kind)
         for what, quantity, value in (
             (body, body, self.inertia),

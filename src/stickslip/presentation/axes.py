@@ -1,5 +1,6 @@
 """The identified axes of a log as one table and one page; nothing is estimated here."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ from stickslip.presentation.page import (
     headed_list,
 )
 from stickslip.presentation.table import Cell, Column, Table
-from stickslip.presentation.words import NONE, missing_parameters, or_none, value_with_half
+from stickslip.presentation.words import NONE, or_none, reasons_of_status, value_with_half
 from stickslip.records import AxesIdentification, Identification, parameter_label, unit_text
 
 _IN_TABLE = ("mass", "inertia", "coulomb_friction", "viscous_friction", "static_friction", "offset")
@@ -47,7 +48,7 @@ def axes_table(found: AxesIdentification) -> Table:
     explained = any(each.residuals is not None for _, each in every)
     columns += [Column("Unexplained effort", short="unex-\nplained")] * explained
     columns += [Column("Error of prediction", short="error on\nother log")] * validated
-    rows: list[list[str | Cell]] = []
+    rows: dict[str, list[str | Cell]] = {}
     for axis, each in every:
         status = each.estimate.status
         row: list[str | Cell] = [axis, Cell(status.word, "good" if status.trusted else "bad")]
@@ -61,11 +62,23 @@ def axes_table(found: AxesIdentification) -> Table:
         error = None if each.validation is None else each.validation.error
         row += [or_none(share, "{:.2%}".format)] * explained
         row += [or_none(error, "{:.2%}".format)] * validated
-        rows.append(row)
+        rows[axis] = row
     for axis in found.unread:
         cells = [NONE] * (len(columns) - 2)
-        rows.append([axis, Cell("Not identified", "bad"), *cells])
-    return Table(columns=columns, rows=rows, what="axes")
+        rows[axis] = [axis, Cell("Not identified", "bad"), *cells]
+    return Table(columns=columns, rows=[rows[axis] for axis in _by_number(rows)], what="axes")
+
+
+def _by_number(names: Iterable[str]) -> list[str]:
+    """Return names in their order, but those that differ only in their numbers in that of these."""
+    every = list(names)
+    texts = [re.sub(r"\d+", "#", name) for name in every]
+    ordered = sorted(every, key=lambda name: [int(each) for each in re.findall(r"\d+", name)])
+    alike = {
+        text: iter([name for name in ordered if re.sub(r"\d+", "#", name) == text])
+        for text in texts
+    }
+    return [next(alike[text]) for text in texts]
 
 
 def outcome(found: AxesIdentification) -> str:
@@ -111,7 +124,7 @@ def _blocks(found: Identification, anchor: str) -> list[Block]:
     """Return the sections of the page of one axis, each under a heading."""
     status, page = found.estimate.status, identification_page(found)
     blocks: list[Block] = [Text(status.text, "lead", f"{status.word}.")]
-    reasons = missing_parameters(found.estimate)
+    reasons = reasons_of_status(found.estimate)
     if reasons:
         blocks.append(Listed(reasons))
     for section in page.sections:

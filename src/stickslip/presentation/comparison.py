@@ -29,7 +29,6 @@ from stickslip.presentation.words import (
     prefixed,
     printed_unit,
     ratio_text,
-    share_text,
     value_with_half,
 )
 from stickslip.records import (
@@ -42,6 +41,7 @@ from stickslip.records import (
     in_words,
     mass_name,
     parameter_label,
+    share_text,
     unit_text,
 )
 

@@ -34,9 +34,8 @@ from stickslip.presentation.words import (
     Judgement,
     assumed_units,
     judged,
-    missing_parameters,
     printed_unit,
-    share_text,
+    reasons_of_status,
     side_text,
     value_text,
     value_texts,
@@ -55,6 +54,7 @@ from stickslip.records import (
     Validation,
     in_words,
     parameter_label,
+    share_text,
     unit_text,
 )
 
@@ -101,7 +101,7 @@ def identification_page(found: Identification) -> Page:
         kicker=f"friction identification · {found.log.kind} axis",
         name=found.name,
         verdict=Verdict(
-            status.trusted, status.word, status.text + caution, missing_parameters(estimate)
+            status.trusted, status.word, status.text + caution, reasons_of_status(estimate)
         ),
         facts=_facts(found),
         sections=sections,

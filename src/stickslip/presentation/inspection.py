@@ -3,8 +3,15 @@
 import math
 
 from stickslip.presentation.table import Cell, Column, Table
-from stickslip.presentation.words import NONE, or_none, prefixed, share_text
-from stickslip.records import AxisProposal, Inspection, LogColumn, parameter_label, unit_text
+from stickslip.presentation.words import NONE, or_none, prefixed
+from stickslip.records import (
+    AxisProposal,
+    Inspection,
+    LogColumn,
+    parameter_label,
+    share_text,
+    unit_text,
+)
 
 _REPEATED = 0.01  # smallest share of the samples at an extreme that is shown [-]
 _LARGE = 1e6  # value from which on all digits of a whole number are shown [unit of the column]
@@ -111,7 +118,7 @@ def check_table(found: Inspection) -> Table:
                     axis.name,
                     parameter_label(each.parameter),
                     or_none(each.value, lambda value: f"{value:.3g}"),
-                    f"{100 * (each.relative or 0.0):.2g} %" if known else NONE,
+                    share_text(each.relative or 0.0) if known else NONE,
                     verdict,
                 ]
             )

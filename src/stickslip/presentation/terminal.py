@@ -16,7 +16,7 @@ from stickslip.presentation.words import (
     or_none,
     prefixed,
     printed_unit,
-    share_text,
+    reasons_of_status,
     side_text,
 )
 from stickslip.records import (
@@ -30,6 +30,7 @@ from stickslip.records import (
     Positioning,
     in_words,
     parameter_label,
+    share_text,
     unit_of,
 )
 
@@ -93,8 +94,8 @@ def print_axes(console: "Console", found: AxesIdentification) -> None:
     for axis, each in found.axes.items():
         estimate = each.estimate
         if not estimate.status.trusted:
-            missing = missing_parameters(estimate)
-            reasons.append(f"{axis}: {'; '.join(missing) or estimate.status.text}")
+            causes = reasons_of_status(estimate)
+            reasons.append(f"{axis}: {'; '.join(causes) or estimate.status.text}")
     reasons += [f"{axis}: {why}" for axis, why in found.unread.items()]
     _listed(console, "Not to be trusted:", reasons)
     _listed(
@@ -215,7 +216,7 @@ def _doubts(found: EstimatorComparison) -> list[str]:
     doubts: dict[str, list[str]] = {}
     for each in found.applied:
         if each.estimate is not None and not each.estimate.status.trusted:
-            reasons = missing_parameters(each.estimate, found.log.kind)
+            reasons = reasons_of_status(each.estimate, found.log.kind)
             doubts.setdefault("; ".join(reasons) or each.estimate.status.text, []).append(each.name)
     return [f"{', '.join(names)}: {why}" for why, names in doubts.items()]
 

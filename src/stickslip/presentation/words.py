@@ -69,6 +69,14 @@ def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") ->
     return [f"{', '.join(names)}: {in_words(reason)}" for reason, names in reasons.items()]
 
 
+def reasons_of_status(estimate: FrictionEstimate, kind: AxisKind = "linear") -> list[str]:
+    """Return the cause of a mismatch, which is the first note, or else the missing parameters."""
+    notes = estimate.diagnostics.notes
+    if estimate.status is Status.MODEL_MISMATCH and notes:
+        return [in_words(notes[0])]
+    return missing_parameters(estimate, kind)
+
+
 def side_text(estimate: FrictionEstimate) -> str:
     """Return a sentence on the side of the gear that the values refer to; empty if not known."""
     side = estimate.provenance.side
@@ -127,16 +135,6 @@ def ratio_text(ratio: float) -> str:
     ('1.02', '1234')
     """
     return f"{ratio:.3g}" if abs(ratio) < 1000 else f"{ratio:.0f}"
-
-
-def share_text(share: float) -> str:
-    """Return a share in percent, with two digits however small it is.
-
-    >>> share_text(0.000024), share_text(0.0), share_text(2.7)
-    ('0.0024 %', '0 %', '270 %')
-    """
-    text = f"{100 * share:.2g}"
-    return f"{100 * share:.0f} %" if "e+" in text else f"{text} %"
 
 
 def between_text(low: float | None, high: float | None) -> str:

@@ -9,13 +9,13 @@ from jaxtyping import Float
 
 from stickslip.records.axis_log import AxisLog
 from stickslip.records.estimate import SCHEMA_VERSION, FrictionEstimate
-from stickslip.records.record import Exportable, ReadOnlyMapping, Record
+from stickslip.records.record import Comparable, Exportable, ReadOnlyMapping, Record
 
 _MOST_NAMES = 4  # of logs, in the name of an identification
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionCurve:
+class FrictionCurve(Comparable):
     """Friction force against velocity: the data cloud and the fitted law."""
 
     velocity: Float[np.ndarray, " n"]  #: Of the data cloud [m/s or rad/s].
@@ -27,7 +27,7 @@ class FrictionCurve:
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnergyBalance:
+class EnergyBalance(Comparable):
     """Energies over time (van de Wijdeven 2002, Eqs. 3.1-3.9)."""
 
     time: Float[np.ndarray, " n"]  #: Time stamps [s].
@@ -50,7 +50,7 @@ class EstimateEvolution(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Residuals:
+class Residuals(Comparable):
     """The effort that the identified terms do not explain while the axis moves."""
 
     time: Float[np.ndarray, " n"]  #: Time stamps [s].
@@ -63,7 +63,7 @@ class Residuals:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Resimulation:
+class Resimulation(Comparable):
     """The measured motion beside the motion of the identified model under the logged effort."""
 
     time: Float[np.ndarray, " n"]  #: Time stamps [s].

@@ -208,6 +208,18 @@ def count_of(number: int, thing: str) -> str:
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
+def share_text(share: float) -> str:
+    """Return a share in percent, with two digits however small it is.
+
+    Examples
+    --------
+    >>> share_text(0.000024), share_text(0.0), share_text(2.7)
+    ('0.0024 %', '0 %', '270 %')
+    """
+    text = f"{100 * share:.2g}"
+    return f"{100 * share:.0f} %" if "e+" in text else f"{text} %"
+
+
 def in_words(sentence: str) -> str:
     """Return a sentence with the field's terms in place of the names of quantities in it.
 

@@ -1,5 +1,6 @@
-"""The base of records: read-only mappings, a JSON form, and outcomes in words."""
+"""The base of records: read-only mappings, equality, a JSON form, and outcomes in words."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from enum import Enum
@@ -69,7 +70,61 @@ def valued_tables(tables: ScenarioTables) -> dict[str, dict[str, Valued]]:
     }
 
 
-class Exportable:
+class Comparable:
+    """Base of the dataclasses that are equal if their contents are.
+
+    Arrays are equal if all elements are, and so are missing numbers (NaN). A record with arrays or
+    mappings has no hash.
+    """
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        # Otherwise each dataclass has methods of its own, which cannot compare arrays
+        cls.__eq__ = Comparable.__eq__
+        cls.__hash__ = Comparable.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether another record is of the same class and has the same contents."""
+        if other.__class__ is not self.__class__:
+            return NotImplemented
+        return self is other or _same(_contents(self), _contents(other))
+
+    def __hash__(self) -> int:
+        """Return the hash of the contents, if all of them have one."""
+        return hash(_with_one_nan(_contents(self)))
+
+
+def _contents(record: Any) -> tuple[Any, ...]:
+    return tuple(getattr(record, field.name) for field in fields(record) if field.compare)
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Return whether two values are equal, arrays element by element."""
+    match one:
+        case np.ndarray():
+            numbers = one.dtype.kind in "fc"
+            same = isinstance(other, np.ndarray) and np.array_equal(one, other, equal_nan=numbers)
+        case Mapping():
+            same = isinstance(other, Mapping) and one.keys() == other.keys()
+            same = same and all(_same(value, other[key]) for key, value in one.items())
+        case tuple() | list():
+            same = type(one) is type(other) and len(one) == len(other)
+            same = same and all(map(_same, one, other))
+        case float() if math.isnan(one):
+            same = isinstance(other, float) and math.isnan(other)
+        case _:
+            same = bool(one == other)
+    return same
+
+
+def _with_one_nan(value: Any) -> Any:
+    """Return a value with the same object, and so the same hash, for every missing number."""
+    if isinstance(value, tuple):
+        return tuple(map(_with_one_nan, value))
+    return math.nan if isinstance(value, float) and math.isnan(value) else value
+
+
+class Exportable(Comparable):
     """Base of results with a method ``to_NAME`` for each target of `stickslip.export.targets`.
 
     ``estimate.to_urdf("arm.urdf", into="arm.urdf", joint="elbow")`` is
@@ -88,7 +143,7 @@ class Exportable:
             return [*super().__dir__(), *export.method_names()]
 
 
-class Record:
+class Record(Comparable):
     """Base of the dataclasses that have a JSON form.
 
     Their mappings become read-only copies. ``json_form`` lists the keys of the JSON form; if it is

@@ -2,6 +2,8 @@
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
@@ -23,7 +25,6 @@ from stickslip.records import (
     Validation,
 )
 from stickslip.tasks.identification import identified
-from stickslip.tasks.parallel import in_parallel
 
 WORKERS = 2
 """Processes; each needs some 300 MB."""
@@ -258,7 +259,6 @@ def _identified(
     workers: SimpleQueue[ChildProcess] = SimpleQueue()
     count, done = min(WORKERS, len(logs)), 0
     lock = threading.Lock()
-    started = [ChildProcess(_CHILD) for _ in range(count)]
 
     def one(axis: str) -> Identification | StickslipError:
         nonlocal done
@@ -272,15 +272,13 @@ def _identified(
                 if progress is not None:
                     progress(axis, done, len(logs))
 
-    try:
-        for each in started:
-            workers.put(each)
-        tasks = [lambda axis=axis: one(axis) for axis in logs]
-        found = in_parallel(tasks, workers=max(1, count), advance=lambda: None)
-    finally:
-        for each in started:
-            each.end()
-    return dict(zip(logs, found, strict=True))
+    # After an interruption the processes end first, so that no thread waits for them
+    with ThreadPoolExecutor(max(1, count)) as threads, ExitStack() as processes:
+        for _ in range(count):
+            worker = ChildProcess(_CHILD)
+            processes.callback(worker.end)
+            workers.put(worker)
+        return dict(zip(logs, threads.map(one, logs), strict=True))
 
 
 def _asked(

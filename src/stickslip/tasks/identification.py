@@ -217,7 +217,7 @@ def logs_of(
     """Return a log, or several, as a list of logs that are read."""
     if isinstance(log, AxisLog):
         return [log]
-    if not isinstance(log, Sequence) or isinstance(log, str):
+    if not isinstance(log, Sequence) or isinstance(log, str | bytes):
         return [log_at(log, schema, axis, columns)]
     if not log:
         raise InputError("no_log")

@@ -213,7 +213,7 @@ def withheld(
     if half_width > _amplitude(regression.names, values, k) and not (
         small and half_width * _largest_effect(regression, k) <= LARGEST_EFFECT
     ):
-        return "its 95 % interval is wider than the value itself"
+        return "half of its 95 % interval exceeds the value itself"
     if partly and shared_name(name) not in SIGNED_PARAMETERS and value <= 0:
         return "the parameters that the log does not separate leave no positive value for it"
     return ""

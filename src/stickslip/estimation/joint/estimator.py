@@ -72,6 +72,7 @@ from stickslip.records import (
     TermScore,
     in_words,
     mass_name,
+    share_text,
     shared_name,
     unit_text,
 )
@@ -544,10 +545,9 @@ def difference_text(deviation: LogDeviation, logs: Sequence[str], unit: str) -> 
     others = "the others" if len(logs) > 2 else logs[0]
     what = in_words(deviation.parameter)
     if deviation.relative > -1.0:
-        percent = abs(100 * deviation.relative)
-        size = f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}"
+        size = share_text(abs(deviation.relative))
         side = "more" if deviation.relative > 0 else "less"
-        sentence = f"{deviation.log} shows {size} % {side} {what} than {others}"
+        sentence = f"{deviation.log} shows {size} {side} {what} than {others}"
     else:  # of zero or of the other sign
         value = deviation.difference / deviation.relative
         unit = unit_text(unit)

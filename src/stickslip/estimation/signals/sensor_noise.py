@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.signals.kinematics import LowPass, central_difference, noise_level
-from stickslip.records import AxisLog
+from stickslip.records import AxisLog, share_text
 
 QUIET_VELOCITY = 0.01
 """Noise of a differentiated velocity, relative to its rms, above which the cutoff is lowered: it
@@ -74,8 +74,8 @@ def chosen_cutoff(
         return cutoff, ()
     note = (
         f"velocities are differences of positions smoothed at {cutoff:.3g} Hz: at "
-        f"{low_pass.cutoff:.3g} Hz noise of the position would make {100 * before:.2g} % of them, "
-        f"now it makes {100 * left:.2g} %"
+        f"{low_pass.cutoff:.3g} Hz noise of the position would make {share_text(before)} of them, "
+        f"now it makes {share_text(left)}"
     )
     return cutoff, (note,)
 

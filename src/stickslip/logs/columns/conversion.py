@@ -17,7 +17,15 @@ from stickslip.logs.expressions import Expression, Value
 from stickslip.logs.schema import AxisSchema, Side
 from stickslip.logs.table import Column, RateGroup, Table, check_lengths, is_slower
 from stickslip.logs.units import effort_unit, quantity_of, scale_to_si
-from stickslip.records import AxisKind, AxisLog, EffortUnit, InputError, LogSource, unit_of
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    EffortUnit,
+    InputError,
+    LogSource,
+    share_text,
+    unit_of,
+)
 
 _NOTICEABLE_JITTER = 1e-6
 """Time steps that deviate by less than this fraction are rounded numbers, not worth a sentence."""
@@ -454,7 +462,7 @@ def _timing(log: AxisLog, table: Table, bound: Mapping[str, Bound]) -> list[str]
     notes: list[str] = []
     if log.timing_jitter > _NOTICEABLE_JITTER:
         notes.append(
-            f"steps of the time stamps deviate by up to {100 * log.timing_jitter:.2g} % from the "
+            f"steps of the time stamps deviate by up to {share_text(log.timing_jitter)} from the "
             f"sampling time of {log.sampling_time:.6g} s"
         )
     starts = log.segment_starts

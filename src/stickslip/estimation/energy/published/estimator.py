@@ -39,6 +39,7 @@ from stickslip.records import (
     non_negative,
     one_of,
     positive,
+    share_text,
 )
 
 _FRICTION = ("coulomb_friction", "viscous_friction")
@@ -371,8 +372,8 @@ class PublishedEnergyEstimator(OnlineMethod, LeastSquaresEstimator):
         source = "estimated from the log" if self.velocity_noise is None else "assumed"
         size = (
             f"velocity noise ({source}) of "
-            f"{velocity_noise:.3g} in SI makes about {100 * shares[0]:.2g} % of the sum of "
-            f"absolute velocities and {100 * shares[1]:.2g} % of the sum of squares"
+            f"{velocity_noise:.3g} in SI makes about {share_text(shares[0])} of the sum of "
+            f"absolute velocities and {share_text(shares[1])} of the sum of squares"
         )
         if self.compensation == "none":
             return first, f"{size}; nothing is compensated, and no interval allows for that bias"

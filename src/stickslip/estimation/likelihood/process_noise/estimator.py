@@ -313,7 +313,7 @@ class ProcessNoiseLikelihoodEstimator(RowsEstimator):
         for k, name in enumerate(names):
             half, value = float(half_width[k]), float(values[k])
             if name == problem.mass_name and half > abs(value):
-                withheld[name] = "its 95 % interval is wider than the value itself"
+                withheld[name] = "half of its 95 % interval exceeds the value itself"
             if mask[k] and name in withheld:
                 mask[k] = False
                 verdicts[k] = Verdict(parameter=name, identifiable=False, reason=withheld[name])

@@ -23,7 +23,15 @@ from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
 from stickslip.estimation.signals.kinematics import LowPass, noise_level, slow_speed
 from stickslip.estimation.signals.sensor_noise import position_noise
-from stickslip.records import AxisKind, AxisLog, FrictionEstimate, mass_name, non_negative, positive
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    mass_name,
+    non_negative,
+    positive,
+    share_text,
+)
 
 _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
 _LAST_SHARE = 0.2  # of a log, in which an observer should have settled [-]
@@ -322,7 +330,5 @@ def _unrest(names: tuple[str, ...], history: Float[np.ndarray, "n p"]) -> tuple[
     k = int(np.argmax(moved))
     if moved[k] <= _SETTLED:
         return ()
-    return (
-        f"{names[k].replace('_', ' ')} moved by {100 * moved[k]:.2g} % in the last fifth of the "
-        "log",
-    )
+    name = names[k].replace("_", " ")
+    return (f"{name} moved by {share_text(moved[k])} in the last fifth of the log",)
