@@ -213,7 +213,6 @@ def _all_axes(
 ) -> int:
     """Identify every axis of a log, print and write the results, and return the exit code."""
     with axis_progress(list(axes)) as progress:
-        from stickslip import write_report
         from stickslip.tasks.axes import axes_validated, identify_axes
 
         found = identify_axes(
