@@ -211,6 +211,11 @@ def count_of(number: int, thing: str) -> str:
 def share_text(share: float) -> str:
     """Return a share in percent, with two digits however small it is.
 
+    Parameters
+    ----------
+    share
+        The share [-].
+
     Examples
     --------
     >>> share_text(0.000024), share_text(0.0), share_text(2.7)
