@@ -139,6 +139,7 @@ _ALIKE = 20.0  # samples of a move whose deviations from the law are taken for i
 _EARLY_FRICTION, _EARLY = 0.2, 0.05  # of friction, and of the samples of a move: unlike the law
 _NO_EARLY = 2.5  # such samples are neglected: a short move has too few to teach otherwise
 _CLEARLY = 3.0  # difference of evidence: models side by side hardly differ
+_ONSET = 6.0  # samples of the motion in which the best model is taken at once
 _CERTAIN = 6.0  # such a difference excludes a model
 _DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
 _SIMPLER = 1.0  # evidence against each sample of an unknown lag
@@ -325,13 +326,14 @@ def learn(p: Any, x: float, measured: bool) -> None:
 def choose(p: Any) -> bool:
     """Choose the model with the best evidence; return whether it changes.
 
-    It has to be clearly better, but after the axis has begun to move and shows its delay.
+    It has to be clearly better, but in the first samples of the motion, which show the delay.
     """
     best = p.best
     for h in range(MODELS):
         if p.evidence[h] < p.evidence[best]:
             best = h
-    clearly = _CLEARLY if p.known or p.seen == 0 else 0.0
+    onset = p.seen and p.samples - delay_of(p.best) <= _ONSET
+    clearly = 0.0 if onset and p.known == 0 else _CLEARLY
     changed = p.evidence[best] < p.evidence[p.best] - clearly
     if changed:
         p.best = best
