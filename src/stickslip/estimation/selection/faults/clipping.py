@@ -77,7 +77,7 @@ def plateaus(motions: SlipMotions, tuning: ClippingTuning) -> Plateaus:
 
 
 def _pile(
-    efforts: list[Float[np.ndarray, " n"]], top: float, width: float, tuning: ClippingTuning
+    efforts: list[Float[np.ndarray, " _"]], top: float, width: float, tuning: ClippingTuning
 ) -> float:
     """Return the samples within a width of the top over those of the next such band [-].
 
