@@ -22,17 +22,19 @@ class ClippingTuning:
     """Width of a plateau over the standard deviation of the effort's noise [-]: white noise of a
     constant effort exceeds four standard deviations once in 16 000 samples."""
     fewest_samples: int = 5  #: Consecutive samples [-] of a plateau.
-    pile: float = 4.0
-    """Samples of a plateau over those of the next band of the same width [-]: a smooth peak has 2.4
-    times as many, as its width grows with the square root of the depth."""
-    other_pile: float = 1.5  #: The same [-] of the other extreme, beside such a plateau.
+    pile: float = 1.5
+    """Samples of a plateau over those of the next band of the same width [-]. A smooth peak has 2.4
+    times as many, as its width grows with the square root of the depth: most logs have a peak to
+    test, and the motion decides. With 4, a fifth of the clipped logs are not found."""
+    other_pile: float = 1.0  #: The same [-] of the other extreme, beside such a plateau.
     smallest_share: float = 2e-3  #: Share of the samples [-]: shorter plateaus change no estimate.
     fewest_others: float = 0.4
     """Share of the windows without the plateaus [-]: a plateau in most of them is friction."""
     smallest_excess: float = 0.02
     """Effort beyond the plateau that the motion needs there, relative to the level [-]."""
-    deviations: float = 2.0
-    """The same over the standard deviation of the effort that is left elsewhere [-]."""
+    deviations: float = 5.0
+    """The same over the standard deviation of the effort that is left elsewhere [-]: with 2, logs
+    whose gain changes have a plateau too."""
     agreeing: float = 0.8  #: Share of the windows on a plateau that need more effort [-].
 
 
@@ -118,7 +120,7 @@ def clipped(
     extremes, as in an acceleration of constant size, needs no more.
     """
     every = replace(model, rows=window_rows(motions.stretches, model.rows.weight, model.rows.delay))
-    if model.rows.size < tuning.fewest_others * every.rows.size:
+    if model.rows.size <= tuning.fewest_others * every.rows.size:
         return Plateaus()
     columns, target = model.columns(), model.target()
     values = least_squares(columns, target)
