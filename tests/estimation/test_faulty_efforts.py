@@ -60,6 +60,12 @@ def test_an_effort_that_is_clipped_within_its_noise_is_excluded(level: float) ->
     assert estimate.value("viscous_friction") == pytest.approx(4.0, rel=0.01)
 
 
+def test_an_excluded_delay_does_not_hide_clipping() -> None:
+    estimate = SelectedModelEstimator(exclude=("delay",)).fit(log_of(clipped_at=1.5))
+    assert any("clipped" in note for note in estimate.diagnostics.notes)
+    assert estimate.value("mass") == pytest.approx(MASS, rel=0.01)
+
+
 def test_a_constant_acceleration_is_not_taken_for_clipping() -> None:
     """The effort stays at its extremes because the acceleration does."""
     time = np.arange(0.0, 20.0, 1e-3)

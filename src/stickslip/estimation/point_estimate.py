@@ -44,7 +44,7 @@ def estimate_of(
 
     The rows, linear in the parameters, give its verdicts, residual and status.
     """
-    regressors, target = regression.regressors, regression.target
+    regressors, target, array = regression.regressors, regression.target, np.asarray(values)
     found = determined(regressors, regression.regressor_noise)
     verdicts = list(verdicts_of(regression, found))
     parameters: dict[str, ParameterEstimate] = {}
@@ -53,8 +53,7 @@ def estimate_of(
         value = float(values[k])
         if known and deviations is not None:
             half = NORMAL_95 * float(deviations[k])
-            every = np.asarray(values)
-            reason = withheld(regression, k, every, half, partly=found.undetermined != ())
+            reason = withheld(regression, k, array, half, partly=found.undetermined != ())
             if reason:
                 known = False
                 verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
@@ -67,7 +66,7 @@ def estimate_of(
             ci95=None if std is None else (value - half, value + half),
             unit=unit_of(name, regression.kind, provenance.effort_unit),
         )
-    residual = target - regressors @ np.asarray(values)
+    residual = target - regressors @ array
     relative = float(np.linalg.norm(residual)) / regression.scale if regression.scale > 0 else 0.0
     kept = [k for k, verdict in enumerate(verdicts) if verdict.identifiable]
     every = list(parameters.values())

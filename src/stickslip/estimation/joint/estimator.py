@@ -40,7 +40,12 @@ from stickslip.estimation.selection.plausibility import (
     wrong_inertia,
 )
 from stickslip.estimation.selection.rival_law import rival_laws, rival_note, rival_shifts
-from stickslip.estimation.selection.search import half_width, noisy_elasticity, search, with_terms
+from stickslip.estimation.selection.search import (
+    noisy_elasticity,
+    search,
+    window_weight,
+    with_terms,
+)
 from stickslip.estimation.selection.summary import selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
@@ -59,7 +64,6 @@ from stickslip.estimation.selection.widening import (
 )
 from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
-from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import (
     AxisLog,
     FrictionEstimate,
@@ -371,13 +375,7 @@ class JointEstimator:
         parts: list[Model] = []
         for each in members:
             T = each.log.sampling_time
-            width = half_width(each.motions, T, tuning)
-            weight = Weight(
-                half_width=width,
-                sampling_time=T,
-                lead=each.log.effort_lead,
-                averaged=each.log.averaged_effort,
-            )
+            weight = window_weight(each.log, each.motions, tuning)
             part = Model(
                 rows=window_rows(each.motions.stretches, weight),
                 inertia=inertia,

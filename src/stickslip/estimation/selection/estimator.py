@@ -67,6 +67,7 @@ from stickslip.estimation.selection.search import (
     noisy_elasticity,
     scanned_delay,
     search,
+    window_weight,
     with_terms,
 )
 from stickslip.estimation.selection.summary import EFFORT_KINDS, selection_of
@@ -90,7 +91,6 @@ from stickslip.estimation.selection.widening import (
 )
 from stickslip.estimation.weak_form.motion import MotionTuning, SlipMotions, slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
-from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import (
     AxisLog,
     EffortKind,
@@ -324,12 +324,11 @@ class SelectedModelEstimator:
         if half_width(motions, T, self.tuning.search) >= fewest:
             return held
         delay = self._with_delay(held, motions).rows.delay
-        found = held
         if abs(delay + 0.5) < self.tuning.kind_delay:
             found = replace(held, effort_kind="sampled")
         elif abs(delay + 1.0) < self.tuning.kind_delay:
             found = prepare(log, effort_kind="mean")
-        if found is held:
+        else:
             return held
         note = (
             f"the effort is taken for {EFFORT_KINDS[found.effort_kind]}: held to the next one, it "
@@ -343,8 +342,9 @@ class SelectedModelEstimator:
         return model.residual_share() if testable(model) else np.inf
 
     def _with_delay(self, log: PreparedLog, motions: SlipMotions) -> Model:
-        """Return the model with a delay, unless that is known, and with no further terms."""
-        delay = () if self.effort_delay is not None else (DELAY,)
+        """Return the model with no term but a delay, unless that is known or excluded."""
+        known = self.effort_delay is not None or DELAY in self.exclude
+        delay = () if known else (DELAY,)
         return replace(self, include=delay, select=False)._selected(log, motions)[0]
 
     def fit_prepared(self, log: PreparedLog) -> Fit:
@@ -530,10 +530,7 @@ class SelectedModelEstimator:
         found = plateaus(motions, tuning)
         if not found.ends:
             return motions, []
-        try:
-            model = self._with_delay(log, without_plateaus(motions, found, log.log)[0])
-        except InputError:  # no window is left
-            return motions, []
+        model = self._with_delay(log, without_plateaus(motions, found, log.log)[0])
         proven = clipped(model, motions, found, tuning)
         if not proven.ends:
             return motions, []
@@ -544,16 +541,9 @@ class SelectedModelEstimator:
         self, log: PreparedLog, motions: SlipMotions, *, saturation: bool = True
     ) -> tuple[Model, Sequence[Term]]:
         """Return the model that the log supports, and the terms that were tried."""
-        T = log.sampling_time
-        tuning = self.tuning.search
-        weight = Weight(
-            half_width=half_width(motions, T, tuning),
-            sampling_time=T,
-            lead=log.effort_lead,
-            averaged=log.averaged_effort,
-        )
+        T, tuning = log.sampling_time, self.tuning.search
         model = Model(
-            rows=window_rows(motions.stretches, weight),
+            rows=window_rows(motions.stretches, window_weight(log, motions, tuning)),
             inertia=self.inertia,
             offset=self.offset,
             origin=motions.reference_position,

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.significance import Basis
 from stickslip.estimation.selection.terms import DELAY, ELASTIC, Term
+from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
 from stickslip.records import TermScore
 
@@ -144,6 +145,11 @@ class Model:
             return replace(self, rows=replace(self.rows, delay=delay))
         weight = replace(self.rows.weight, margin=margin + 1)
         return replace(self, rows=window_rows(self.rows.motions, weight, delay))
+
+    def over(self, motions: SlipMotions) -> "Model":
+        """Return the model over the windows of other motions."""
+        rows = self.rows
+        return replace(self, rows=window_rows(motions.stretches, rows.weight, rows.delay))
 
     @property
     def delays(self) -> Float[np.ndarray, " k"]:

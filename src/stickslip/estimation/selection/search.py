@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from stickslip.estimation.fit.diagnostics import LEAST_SIGNAL_TO_NOISE
 from stickslip.estimation.fit.rows import least_squares
+from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model import (
     LARGEST_STEP,
     Model,
@@ -113,6 +114,16 @@ BENDS = ("quadratic", "two-thirds", "stribeck", "low speed")
 _BESIDE_VISCOUS = ("quadratic", "stribeck", "low speed")  # friction with the 2/3 power replaces it
 
 _WIDER = 1.3  # ratio of one half-width to the one before [-]
+
+
+def window_weight(log: PreparedLog, motions: SlipMotions, tuning: SearchTuning) -> Weight:
+    """Return the weight of the windows of a log, for its kind of effort."""
+    return Weight(
+        half_width=half_width(motions, log.sampling_time, tuning),
+        sampling_time=log.sampling_time,
+        lead=log.effort_lead,
+        averaged=log.averaged_effort,
+    )
 
 
 def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning) -> int:

@@ -1,7 +1,7 @@
 """Motion of a log: where the axis slips, in which direction, and how far."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
@@ -63,6 +63,17 @@ class SlipMotions:
     ) -> Float[np.ndarray, " m"]:
         """Return a function of the motion at the samples in slip, in its unit."""
         return np.concatenate([values(m)[m.direction != 0] for m in self.stretches])
+
+    def without(
+        self, marks: Callable[[SlipMotion], Bool[np.ndarray, " n"]]
+    ) -> tuple["SlipMotions", float]:
+        """Return the motions with the marked samples not usable, and the share of these [-]."""
+        marked = [marks(m) for m in self.stretches]
+        stretches = tuple(
+            replace(m, usable=m.usable & ~out)
+            for m, out in zip(self.stretches, marked, strict=True)
+        )
+        return replace(self, stretches=stretches), float(np.mean(np.concatenate(marked)))
 
     @property
     def reference_time(self) -> float:

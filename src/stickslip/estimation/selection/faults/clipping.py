@@ -1,6 +1,6 @@
 """A logged effort that was clipped before noise was added to it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -10,8 +10,7 @@ from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
-from stickslip.estimation.weak_form.rows import window_rows
-from stickslip.records import AxisLog
+from stickslip.records import AxisLog, share_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,15 +97,10 @@ def without_plateaus(
     motions: SlipMotions, found: Plateaus, log: AxisLog
 ) -> tuple[SlipMotions, str]:
     """Return the motions without the samples on the plateaus, and a note."""
-    sides = [found.side(m) for m in motions.stretches]
-    stretches = tuple(
-        replace(m, usable=m.usable & (side == 0.0))
-        for m, side in zip(motions.stretches, sides, strict=True)
-    )
-    share = float(np.mean(np.concatenate(sides) != 0.0))
-    return replace(motions, stretches=stretches), (
+    inside, share = motions.without(lambda m: found.side(m) != 0.0)
+    return inside, (
         f"effort clipped at about {' and '.join(f'{end:.3g}' for end in found.ends)} "
-        f"{log.unit('effort')}, within its noise, in {100 * share:.2g} % of samples; "
+        f"{log.unit('effort')}, within its noise, in {share_text(share)} of samples; "
         "samples excluded"
     )
 
@@ -119,7 +113,7 @@ def clipped(
     The model is fitted to the windows without the plateaus. An effort that is constant at its
     extremes, as in an acceleration of constant size, needs no more.
     """
-    every = replace(model, rows=window_rows(motions.stretches, model.rows.weight, model.rows.delay))
+    every = model.over(motions)
     if model.rows.size <= tuning.fewest_others * every.rows.size:
         return Plateaus()
     columns, target = model.columns(), model.target()

@@ -1,6 +1,6 @@
 """A drive that saturates below the largest logged effort."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,8 +8,7 @@ from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.terms import effort_excess
 from stickslip.estimation.weak_form.motion import SlipMotions
-from stickslip.estimation.weak_form.rows import window_rows
-from stickslip.records import AxisLog
+from stickslip.records import AxisLog, share_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,14 +30,10 @@ def without_saturation(
     motions: SlipMotions, limit: float, log: AxisLog, tuning: SaturationTuning
 ) -> tuple[SlipMotions, str]:
     """Return the motions without the samples whose effort did not reach the axis, and a note."""
-    over = [np.abs(m.effort) > tuning.highest_followed * limit for m in motions.stretches]
-    stretches = tuple(
-        replace(m, usable=m.usable & ~out) for m, out in zip(motions.stretches, over, strict=True)
-    )
-    share = float(np.mean(np.concatenate(over)))
-    return replace(motions, stretches=stretches), (
+    followed, share = motions.without(lambda m: np.abs(m.effort) > tuning.highest_followed * limit)
+    return followed, (
         f"logged effort beyond {limit:.3g} {log.unit('effort')} does not reach the axis, so the "
-        f"drive saturates; {100 * share:.2g} % of samples excluded"
+        f"drive saturates; {share_text(share)} of samples excluded"
     )
 
 
@@ -49,7 +44,7 @@ def saturates(model: Model, motions: SlipMotions, limit: float, tuning: Saturati
     effort is within it. The excess of an effort over a limit explains part of any effort, so that
     its coefficient alone is no proof. ``limit`` is that of the drive [N or N m].
     """
-    every = replace(model, rows=window_rows(motions.stretches, model.rows.weight, model.rows.delay))
+    every = model.over(motions)
     if model.rows.size < tuning.fewest_followed * every.rows.size:
         return False
     values = least_squares(model.columns(), model.target())
