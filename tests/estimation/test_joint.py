@@ -240,6 +240,35 @@ def test_a_spring_is_common_and_a_drift_is_that_of_a_log() -> None:
         assert near(found, name, value), name
 
 
+def test_a_change_of_the_gain_within_a_log_is_named_with_its_instant() -> None:
+    logs = [log_of("morning", seed=1), log_of("noon", seed=2), log_of("evening", seed=3)]
+    late = logs[1].time >= 6.0
+    logs[1] = replace(logs[1], effort=np.where(late, 1.2, 1.0) * logs[1].effort)
+    found = JointEstimator().fit(logs)
+    assert found.status is Status.MODEL_MISMATCH
+    note = next(note for note in found.diagnostics.notes if note.startswith("noon: from about"))
+    instant = float(note.split("from about ")[1].split(" s")[0])
+    assert instant == pytest.approx(6.0, abs=0.5)  # instants 0.5 s apart are tried
+    assert "takes 1.2 times the logged effort" in note
+
+
+def test_a_wrong_delay_is_named_beside_that_of_its_log() -> None:
+    logs = [log_of("morning", seed=1), log_of("noon", delay=2e-3, seed=2)]
+    found = JointEstimator(delays={"noon": 8e-3}).fit(logs)
+    assert found.status is Status.MODEL_MISMATCH
+    note = found.diagnostics.notes[0]
+    assert note.startswith("noon: the given effort delay of 8 ms disagrees with the log")
+    shown = float(note.split("shows about ")[1].split(" ms")[0])
+    assert shown == pytest.approx(2.0, abs=0.3)
+
+
+def test_terms_that_are_not_selected_are_named() -> None:
+    logs = [log_of("morning", seed=1, stiffness=3.0), log_of("noon", seed=2, stiffness=3.0)]
+    found = JointEstimator(single=SelectedModelEstimator(select=False)).fit(logs)
+    assert found.status is Status.MODEL_MISMATCH
+    assert "the model lacks some (a spring acts on the axis)" in found.diagnostics.notes[0]
+
+
 def test_friction_per_direction_contains_the_offset_of_the_first_log() -> None:
     logs = [log_of("a", offset=0.2, seed=1), log_of("b", offset=0.5, seed=2)]
     single = SelectedModelEstimator(include=("direction",), select=False)

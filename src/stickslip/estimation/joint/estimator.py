@@ -21,7 +21,8 @@ from stickslip.estimation.joint.model import (
 )
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.dwell import RestedLog, with_dwell
-from stickslip.estimation.selection.estimator import SelectedModelEstimator, judged
+from stickslip.estimation.selection.estimator import SelectedModelEstimator, judged, lacking_terms
+from stickslip.estimation.selection.faults.change import sudden_change
 from stickslip.estimation.selection.model import DELAY_TERM, Model
 from stickslip.estimation.selection.model_rows import (
     ModelRows,
@@ -31,13 +32,17 @@ from stickslip.estimation.selection.model_rows import (
     nuisance,
 )
 from stickslip.estimation.selection.plausibility import (
+    coarse_effort,
+    implausible_time,
     implausible_units,
     reversed_sign,
+    ripple_of_degrees,
     too_slow_sampling,
     unexplained_effort,
     unsettled_delay,
     within_presliding,
     wrong_inertia,
+    wrong_model,
 )
 from stickslip.estimation.selection.rival_law import rival_laws, rival_note, rival_shifts
 from stickslip.estimation.selection.search import (
@@ -273,19 +278,37 @@ class JointEstimator:
         kind = mass_name(log.kind)
         motions = _joint_motions(each.motions for each in members)
         causes = [
+            f"{each.name}: {cause}"
+            for each in members
+            for cause in (
+                implausible_time(each.log, tuning),
+                implausible_units(each.log, each.motions, tuning),
+            )
+            if cause
+        ]
+        if not self.single.select:
+            selecting = replace(self, single=replace(self.single, select=True))
+            selected, _ = selecting._selected(members, model.inertia)
+            causes.append(lacking_terms(selected, self.single.include))
+        causes += [
             unsettled_delay(model, self.single.tuning.search),
+            ripple_of_degrees(model, log.kind),
             within_presliding(model, estimate, self.single.include, motions),
         ]
         for k, each in enumerate(members):
             alone = model.of_log(k)
+            single = replace(self.single, effort_delay=self._known_delay(each.name))
             own = (
-                implausible_units(each.log, each.motions, tuning),
-                too_slow_sampling(each.log, each.motions, tuning),
                 wrong_inertia(alone, kind, log.unit(kind), tuning)
                 or reversed_sign(alone, kind, tuning),
+                single.wrong_delay(each.log, each.motions, alone),
+                too_slow_sampling(each.log, each.motions, tuning),
                 unexplained_effort(
                     each.log.log, each.motions, alone, model_rows(alone, kind), tuning
                 ),
+                coarse_effort(alone, each.motions, log.unit("effort"), tuning),
+                wrong_model(alone, tuning),
+                sudden_change(alone, self.single.tuning.change, each.middle),
             )
             causes += [f"{each.name}: {cause}" for cause in own if cause]
         return causes

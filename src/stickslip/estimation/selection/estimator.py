@@ -384,7 +384,7 @@ class SelectedModelEstimator:
         note = rival_note(model, rivals, log.log.unit("effort"), self.tuning.rival)
         notes += [note] if note else []
         causes.append(unsettled_delay(model, self.tuning.search))
-        causes.append(wrong_delay(model, self.effort_delay, self.tuning.plausibility))
+        causes.append(self.wrong_delay(log, motions, model))
         causes.append(ripple_of_degrees(model, log.log.kind))
         causes.append("" if self.select else self._left_out(log, motions))
         rows = with_shapes(model_rows(model, kind), model)
@@ -491,16 +491,26 @@ class SelectedModelEstimator:
         )
         return replace(estimate, selection=select(further=score))
 
+    def wrong_delay(self, log: PreparedLog, motions: SlipMotions, model: Model) -> str:
+        """Return a sentence if the given delay of the effort disagrees with the log, else empty.
+
+        Parameters
+        ----------
+        log, motions
+            As prepared.
+        model
+            Of the log, with that delay.
+        """
+
+        def estimated() -> float:
+            free = replace(self, effort_delay=None, exclude=())._with_delay(log, motions)
+            return free.rows.delay * log.sampling_time
+
+        return wrong_delay(model, self.effort_delay, estimated, self.tuning.plausibility)
+
     def _left_out(self, log: PreparedLog, motions: SlipMotions) -> str:
         """Return which terms a selection would add; empty if none."""
-        model, _ = replace(self, select=True)._selected(log, motions)
-        texts = [term.text for term, _ in model.chosen if term.name not in self.include]
-        if not texts:
-            return ""
-        return (
-            f"terms were not selected, and the log shows that the model lacks some "
-            f"({'; '.join(texts)}); let them be selected, or include them"
-        )
+        return lacking_terms(replace(self, select=True)._selected(log, motions)[0], self.include)
 
     def followed(
         self, log: PreparedLog, motions: SlipMotions
@@ -615,6 +625,17 @@ class SelectedModelEstimator:
             "effort_delay": self.effort_delay,
             "effort_kind": self.effort_kind,
         }
+
+
+def lacking_terms(selected: Model, include: Sequence[str]) -> str:
+    """Return which terms of a selected model are not included; empty if none."""
+    texts = [term.text for term, _ in selected.chosen if term.name not in include]
+    if not texts:
+        return ""
+    return (
+        "terms were not selected, and the log shows that the model lacks some "
+        f"({'; '.join(texts)}); let them be selected, or include them"
+    )
 
 
 def judged(

@@ -3,7 +3,7 @@
 Each check returns a sentence with cause, size and remedy, or an empty text.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -153,10 +153,13 @@ def ripple_of_degrees(model: Model, kind: AxisKind) -> str:
     )
 
 
-def wrong_delay(model: Model, given: float | None, tuning: PlausibilityTuning) -> str:
+def wrong_delay(
+    model: Model, given: float | None, estimated: Callable[[], float], tuning: PlausibilityTuning
+) -> str:
     """Return a sentence if a given delay of the effort disagrees with the log; empty otherwise.
 
-    ``given`` is the stated time by which the effort acts later than it is logged [s].
+    ``given`` is the stated time by which the effort acts later than it is logged [s], and
+    ``estimated`` finds the one that the log shows.
     """
     if given is None or not testable(model):
         return ""
@@ -168,10 +171,9 @@ def wrong_delay(model: Model, given: float | None, tuning: PlausibilityTuning) -
     error = float(partial.values[0])
     if abs(error) < tuning.largest_delay_error:
         return ""
-    shown = given + error * model.rows.weight.sampling_time
     return (
         f"the given effort delay of {1e3 * given:.4g} ms disagrees with the log, which shows about "
-        f"{1e3 * shown:.3g} ms; check it, or leave it out to have it estimated"
+        f"{1e3 * estimated():.3g} ms; check it, or leave it out to have it estimated"
     )
 
 

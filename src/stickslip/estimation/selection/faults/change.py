@@ -30,8 +30,10 @@ class ChangeTuning:
     instant is searched. 1e-3 misses one change of the gain in about ten."""
 
 
-def sudden_change(model: Model, tuning: ChangeTuning) -> str:
+def sudden_change(model: Model, tuning: ChangeTuning, start: float = 0.0) -> str:
     """Return a note on a change of gain, friction or inertia at an instant; empty if there is none.
+
+    The time of the model is counted from ``start`` of the log [s].
 
     A part y of the fitted effort changes at the instant t_1: the column ``y (H(t - t_1) - h)`` with
     the coefficient g is added to those of the model, where h is the share of the squares of y after
@@ -68,9 +70,10 @@ def sudden_change(model: Model, tuning: ChangeTuning) -> str:
         return ""
     if significance(basis, best.partial) > tuning.largest_p_value:
         return ""
+    instant = best.instant + start
     return (
-        best.words.format(instant=best.instant, ratio=after / before)
-        + f"; identify the parts before and after {best.instant:.3g} s on their own (--to, --from)"
+        best.words.format(instant=instant, ratio=after / before)
+        + f"; identify the parts before and after {instant:.3g} s on their own (--to, --from)"
     )
 
 
