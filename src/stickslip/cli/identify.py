@@ -175,7 +175,8 @@ def identify(
             raise InputError("known_load_of_several_axes", where=log.name, axes=list(axes))
         if delays:
             raise InputError("effort_delays_of_axes")
-        return _all_axes(log, axes, reading, robot, estimator, task, validate, files)
+        other = None if validate is None else (validate.name, _axes(validate, reading, robot))
+        return _all_axes(log.stem, axes, other, estimator, task, files)
     for only in axes.values():
         if isinstance(only, InputError):
             raise only
@@ -202,25 +203,23 @@ def identify(
 
 
 def _all_axes(
-    log: Path,
+    name: str,
     axes: "Mapping[str, AxisLog | InputError]",
-    reading: LogReading,
-    robot: RobotJoints,
+    other: "tuple[str, Mapping[str, AxisLog | InputError]] | None",
     estimator: str,
     task: "EstimationTask",
-    validate: Path | None,
     files: ResultFiles,
 ) -> int:
-    """Identify every axis of a log, print and write the results, and return the exit code."""
+    """Identify every axis of a log, print and write the results, and return the exit code.
+
+    ``other`` are name and axes of a log for the validation.
+    """
     with axis_progress(list(axes)) as progress:
         from stickslip.tasks.axes import axes_validated, identify_axes
 
-        found = identify_axes(
-            axes, name=log.stem, estimator=estimator, task=task, progress=progress
-        )
-        if validate is not None:
-            others = _axes(validate, reading, robot)
-            found = axes_validated(found, others, validate.name, task.inertia)
+        found = identify_axes(axes, name=name, estimator=estimator, task=task, progress=progress)
+        if other is not None:
+            found = axes_validated(found, other[1], other[0], task.inertia)
         files.write_all(found)
     from stickslip.presentation.terminal import print_axes
 
