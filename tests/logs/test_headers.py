@@ -156,6 +156,26 @@ def test_short_names(file, names):
     check(read_log(path, LogSchema(kind="rotary")), 0)
 
 
+def test_a_stated_unit_replaces_encoder_counts(file):
+    position, velocity, effort = motion(0)
+    counts = position * 65536 / TURN
+    header = ["Time [sec]", "Position [cnt]", "Velocity [cnt/sec]", "Torque [N m]"]
+    path = file(header, [TIME, counts, velocity * 65536 / TURN, effort])
+    with refuses("encoder_counts", name="position", unit="cnt"):
+        read_log(path)
+    log = read_log(path, schema=LogSchema(units={"position": "1/65536 rev"}))
+    assert log.measured_position == pytest.approx(position, rel=1e-14)
+    assert log.kind == "rotary"
+
+
+def test_names_of_acs_controllers(file):
+    position, velocity, effort = motion(0)
+    header = ["Time (ms)", "FPOS(0) (rad)", "FVEL(0) (rad/s)", "Torque(0) (N m)"]
+    log = read_log(file(header, [1e3 * TIME, position, velocity, effort]))
+    assert log.measured_position == pytest.approx(position)
+    assert log.measured_velocity == pytest.approx(velocity)
+
+
 def test_names_in_camel_case(file):
     q, _, tau = zip(*(motion(k) for k in range(2)), strict=True)
     header = ["time", "shoulderPosition", "elbowMotorPosition", "shoulderTorque", "fElbowTorque"]
@@ -278,6 +298,7 @@ def test_units_of_time_by_their_step(file, factor, offset, known):
         ("pos (rotations)", "measured_position", TURN),
         ("pos (mrad)", "measured_position", 1e-3),
         ("pos in deg", "measured_position", np.pi / 180),
+        ("pos (1/10 deg)", "measured_position", np.pi / 1800),
         ("actualPosDeg", "measured_position", np.pi / 180),
         ("vel (krpm)", "measured_velocity", 1e3 * TURN / 60),
         ("vel / U/min", "measured_velocity", TURN / 60),
@@ -306,7 +327,7 @@ def test_a_unit_is_converted_however_it_is_spelled(file, header, quantity, facto
 @pytest.mark.parametrize(
     "header",
     [
-        "angle (wibble)", "angle / wibble", "angle, pu", "deg angle", "angle (1/10 deg)",
+        "angle (wibble)", "angle / wibble", "angle, pu", "deg angle",
         "angle (deg x10)", "angle (0,1 deg)", "angle (10^-3 rad)", "angle (axis 2 deg)",
         "angle_in", "angle_steps",
     ],

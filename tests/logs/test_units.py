@@ -4,6 +4,7 @@ from contextlib import suppress
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from refusals import refuses
 
 from stickslip.logs.unit_spelling import header_unit, is_unit
 from stickslip.logs.units import effort_unit, kind_of_unit, scale_to_si
@@ -65,6 +66,7 @@ ROUNDING = 4e-16
         ("effort", "0.1 Nm", "rotary", 0.1),
         ("effort", "0.1%", "rotary", 0.1),
         ("position", "0.001 deg", "rotary", 1e-3 * math.pi / 180),
+        ("position", "1/4096 rev", "rotary", 2 * math.pi / 4096),
         ("velocity", "rad.s-1", "rotary", 1.0),
         ("velocity", "m s⁻¹", "linear", 1.0),
     ],
@@ -80,7 +82,6 @@ def test_factors_to_si(channel, unit, kind, factor):
         ("position", "deg", "linear", ("deg", "m")),
         ("position", "mm", "rotary", ("mm", "rad")),
         ("position", "%", "rotary", ("%", "rad")),
-        ("position", "counts", "rotary", ("counts", "rad")),
         ("velocity", "Hz", "rotary", ("Hz", "rad/s")),
         ("velocity", "m/s^2", "linear", ("m/s^2", "m/s")),
         ("effort", "N", "rotary", ("N", "N m")),
@@ -94,6 +95,12 @@ def test_a_unit_of_another_dimension_is_named_with_the_right_one(channel, unit, 
         scale_to_si(channel, unit, kind)
     assert f"is in {named[0]}," in caught.value.what
     assert caught.value.what.endswith(f" {named[1]}")
+
+
+@pytest.mark.parametrize(("channel", "unit"), [("position", "cnt"), ("velocity", "inc/s")])
+def test_encoder_counts_are_refused_with_a_unit_that_states_them(channel, unit):
+    with refuses("encoder_counts", name=channel, unit=unit):
+        kind_of_unit(channel, unit)
 
 
 def test_an_effort_may_be_a_current_or_a_percentage():

@@ -107,7 +107,9 @@ _WORDED_TORQUE = re.compile(r"(?<!\w)newtons?[ _*-]met(?:er|re)s?(?!\w)", re.IGN
 _AS_FORCE = MappingProxyType(
     {"oz": "ozf", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "kg": "kgf", "g": "gf"}
 )
-_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) ?(?P<unit>[^\W\d]|[%‰°])")
+_NUMBER = re.compile(
+    r"(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?:/(?P<parts>[1-9]\d*))? ?(?P<unit>[^\W\d]|[%‰°])"
+)
 _INVERSE = re.compile(r"[ .·*](s|min)(?:\^?-1|⁻¹)")
 _RMS = re.compile(r"(?<=A)[ _](?:rms|RMS|pk|eff)$")
 _WORD = re.compile(r"[^\W\d_]+|[%‰°]")
@@ -212,13 +214,15 @@ def texts_beside(title: str) -> list[str]:
 def number_in(unit: str) -> tuple[float, str]:
     """Split a unit into the number before it, 1 if there is none, and the rest.
 
-    >>> number_in("0.1 Nm"), number_in("1/min"), number_in("‰")
-    ((0.1, 'Nm'), (1.0, '1/min'), (0.1, '%'))
+    >>> number_in("0.1 Nm"), number_in("1/4096 rev"), number_in("1/min"), number_in("‰")
+    ((0.1, 'Nm'), (0.000244140625, 'rev'), (1.0, '1/min'), (0.1, '%'))
     """
     if unit == "‰":
         return 0.1, "%"
     match = _NUMBER.match(unit)
-    return (float(match["number"]), unit[match.start("unit") :]) if match else (1.0, unit)
+    if match is None:
+        return 1.0, unit
+    return float(match["number"]) / float(match["parts"] or 1), unit[match.start("unit") :]
 
 
 def is_worded_unit(word: str) -> bool:

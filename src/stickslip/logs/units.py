@@ -94,6 +94,8 @@ def same_unit(one: str, other: str) -> bool:
 
 
 def _wrong_unit(channel: str, unit: str, targets: list[str]) -> InputError:
+    if for_unit_library(unit).strip("()").partition("/")[0] == "count":
+        return InputError("encoder_counts", name=channel, unit=unit)
     return InputError("other_quantity", name=channel, unit=unit, targets=targets)
 
 

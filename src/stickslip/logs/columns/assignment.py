@@ -178,6 +178,9 @@ def _filled(
             if not needed and (channel == "time" or not open_ended):
                 continue
             meant = _column_for(table, discovery, channel, key, schema, entries)
+            if meant is None and channel in schema.units:  # the unit in the file does not count
+                named = _by_name(table, discovery, channel)
+                meant = named[0] if len(named) == 1 else None
             if meant is None:
                 if needed:
                     raise _not_found(table, discovery, channel)
@@ -252,6 +255,13 @@ def _group(table: Table, text: str | None) -> object:
     return None if column is None else table.group_of(column)
 
 
+def _by_name(table: Table, discovery: Discovery, channel: str) -> list[Meaning]:
+    """Return the columns whose names are those of a channel, and their units are not."""
+    bare = replace(table, units={})
+    found = [meaning(bare, name) for name in table.units if name not in discovery.by_column]
+    return [each for each in found if each is not None and each.channel == channel]
+
+
 def _not_found(table: Table, discovery: Discovery, channel: str) -> InputError:
     """Return the error that no column is obviously the channel, with similar names."""
     positions = dict.fromkeys(each.axis for each in discovery.candidates("position"))
@@ -274,14 +284,11 @@ def _not_found(table: Table, discovery: Discovery, channel: str) -> InputError:
             for word in words_in(name)
         )
     ]
-    bare = replace(table, units={})
-    for name, unit in table.units.items():
-        known = None if name in discovery.by_column else meaning(bare, name)
-        if known is not None and known.channel == channel:
-            try:  # the name is obvious, its unit is of another quantity
-                scale_to_si(channel, unit, "linear")
-            except InputError as error:
-                return error.at(table.label)
+    for each in _by_name(table, discovery, channel):
+        try:  # the name is obvious, its unit is of another quantity
+            scale_to_si(channel, table.units[each.column], "linear")
+        except InputError as error:
+            return error.at(table.label)
     remedy = f"say which it is: {_as_option(channel, 'NAME')}"
     if near:
         likely = " or ".join(map(repr, near))

@@ -29,10 +29,11 @@ _STRONG: Mapping[str, frozenset[str]] = {
         "datetime"
     ),
     "position": _set(
-        "position pos posn angle theta displacement qm lage lageistwert winkel posizione posicion"
+        "position pos posn fpos angle theta displacement qm lage lageistwert winkel posizione "
+        "posicion"
     ),
     "velocity": _set(
-        "velocity vel velo speed omega dq qd qdot dx xdot drehzahl geschwindigkeit "
+        "velocity vel velo fvel speed omega dq qd qdot dx xdot drehzahl geschwindigkeit "
         "vitesse velocita velocidad"
     ),
     "effort": TORQUE_WORDS | _set("effort force kraft forza fuerza"),
