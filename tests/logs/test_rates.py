@@ -216,6 +216,11 @@ def test_rounded_stamps_of_no_uniform_clock_are_refused_by_that_name(resolution)
         read_stamps(np.floor(stamps / resolution) * resolution)
 
 
+def test_equal_stamps_are_refused_as_such():
+    with refuses("time_not_increasing"):
+        read_stamps(np.zeros(5000))
+
+
 def test_a_lost_row_is_not_taken_for_rounding():
     time = np.delete(1e-3 * np.arange(5000), 500)
     log = read_stamps(time)

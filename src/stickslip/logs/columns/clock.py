@@ -90,6 +90,8 @@ def unrounded(
     low = float(np.min(steps))
     high = float(np.min(steps[steps > low * (1.0 + _COARSE)], initial=np.inf))
     unit = high - low
+    if not np.isfinite(unit):
+        return stamps, []  # all steps are equal
     counts = steps / unit
     if np.max(np.abs(counts - np.rint(counts))) > _UNEQUAL:
         return stamps, []
