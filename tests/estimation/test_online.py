@@ -206,7 +206,7 @@ def test_a_known_delay_is_removed(delay: float) -> None:
 
 def test_a_log_without_the_velocity_that_was_promised_is_refused(log: AxisLog) -> None:
     estimator = EnergyEstimator()
-    with refuses("state_needs_velocity", of=""):
+    with refuses("state_needs_velocity"):
         estimator.run(estimator.init(sampling_time=T), replace(log, measured_velocity=None))
 
 

@@ -80,6 +80,13 @@ def test_known_stribeck_velocity(method):
     assert_found(EnergyEstimator(**known).fit(log_of(law_of(), NOISY)), IN_NOISE)
 
 
+@pytest.mark.parametrize("estimator", [EnergyEstimator, IdimLeastSquares])
+def test_a_fit_with_several_effects_is_refused(estimator):
+    effects = (EFFECT, StribeckEffect(velocity=0.1))
+    with refuses("several_stribeck_effects", method=estimator.name):
+        estimator(stribeck=effects).fit(log_of(law_of(), Sensors()))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "sensors", "tolerance"),

@@ -8,7 +8,7 @@ from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import provenance_of, solve
 from stickslip.estimation.settings import options_of
 from stickslip.friction import StribeckEffect
-from stickslip.records import AxisLog, FrictionEstimate
+from stickslip.records import AxisLog, FrictionEstimate, InputError
 
 if TYPE_CHECKING:
     from stickslip.estimation.selection.model import Model
@@ -69,6 +69,9 @@ class LeastSquaresEstimator(RowsEstimator):
 
     def details(self, log: AxisLog) -> Fit:
         """Return the estimate with its rows, for a report; raises as `fit`."""
+        effects = getattr(self, "stribeck", None)
+        if isinstance(effects, tuple) and len(effects) > 1:
+            raise InputError("several_stribeck_effects", method=self.name)
         rows = self.regression(log)
         provenance = provenance_of(log, self.options)
         return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
