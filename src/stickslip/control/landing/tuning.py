@@ -21,7 +21,8 @@ class ApproachTuning:
     swings."""
 
     arm_position_gain: float = 1.5
-    """Position gain of an arm [stiffness]: that of the surrogate arm, as are the next three."""
+    """Position gain of an arm [stiffness]: that of the arm of the demonstration, as are the next
+    three."""
     arm_velocity_gain: float = 2.5
     """Velocity gain of an arm [root of stiffness times mean mass]."""
     notch_depth: float = 0.5  #: Depth of the notch at the resonance of an arm [-].
@@ -55,7 +56,8 @@ class LandingTuning:
     """Share of the windows of an axis at rest that are not seen as such [-]."""
     rest_samples: int = 80
     """Fewest samples at rest before a plan [-]: an estimator that smooths is through by then."""
-    rest_swing: float = 0.4  #: Shortest rest before a plan [half swings]: a sine is known by then.
+    rest_swing: float = 0.4
+    """Shortest rest before a plan [half swings]: a sine is known by then."""
     fine_band: float = 0.01
     """Widest band of noise beside which that rest is enough [travel left]: a wider one hides motion
     that matters, so that a rest takes a half swing."""
@@ -235,7 +237,7 @@ class TrackingTuning:
     held_share: float = 0.3
     """Force of the spring that may hold mass 1 on its way [effort limit]."""
     coasting_travel: float = 0.02
-    """Way in which friction must stop mass 1 after a series, so that it is not braked [move]."""
+    """Distance within which friction must stop mass 1 after a series; else it is braked [move]."""
     rest_band: float = 0.1
     """Narrowest band of a mass at rest [tolerances]: bristles give way a little."""
     rest_speed: float = 5.0
@@ -253,11 +255,11 @@ class TrackingTuning:
     other_gain: float = 3e-3  #: The same of the gain of the drive [-].
     other_losses: float = 1e-3
     """The same of the losses of the load [root of stiffness times mass 2; Coulomb friction]."""
-    nearby: float = 0.035
-    """Distance from which no series leads straight to the target [move]: short series are slow, and
-    slow motion has another friction."""
-    correcting: float = 0.07  #: Travel of a series that corrects [move], times `beyond`.
-    farther: float = 0.2
+    nearby_error: float = 0.035
+    """Distance within which no series leads straight to the target [move]: short series are slow,
+    and slow motion has another friction."""
+    correcting_travel: float = 0.07  #: Travel of a series that corrects [move], times `beyond`.
+    farther_travel: float = 0.2
     """The same where shorter ones have not helped [move]."""
     improvement: float = 0.7
     """Miss that a further correction must leave [smallest miss so far]; two that do not stop the
@@ -265,8 +267,8 @@ class TrackingTuning:
     correcting_speed: float = 0.3
     """Lowest speed of a series that corrects [mean speed]: slow motion has another friction."""
 
-    nudged: float = 0.02  #: Largest error of mass 1 that a pulse on it corrects [move].
-    nudges: int = 8  #: Such pulses after a series at most [-].
+    nudged_error: float = 0.02  #: Largest error of mass 1 that a pulse on it corrects [move].
+    most_nudges: int = 8  #: Such pulses after a series at most [-].
     nudge_wait: float = 1.2  #: Time to wait for the right moment [periods of mass 2].
     overshoot: float = 1.7
     """Travel of such a pulse at most, with Coulomb friction alone [error of mass 1]: one that frees

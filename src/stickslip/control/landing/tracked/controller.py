@@ -277,7 +277,7 @@ class TrackedLandingController(LandingController):
         error = state.target - swing.position
         if abs(error) > self._near(state):
             return super()._places(state, swing, least)
-        share = TRACKING.farther if state.farther else TRACKING.correcting
+        share = TRACKING.farther_travel if state.farther else TRACKING.correcting_travel
         return super()._places(state, swing, max(least, share * state.travel))[-4:]
 
     def _next_series(self, state: Any, swing: Swing, later: float = 0.0) -> PulseSeries | str:
@@ -491,9 +491,9 @@ class TrackedLandingController(LandingController):
         Until mass 2 is near the target, the state is returned as it is.
         """
         error, tolerance = state.target - swing.position, self.tolerance
-        if not 0.5 * tolerance < abs(error) <= TRACKING.nudged * state.travel:
+        if not 0.5 * tolerance < abs(error) <= TRACKING.nudged_error * state.travel:
             return None
-        spent = state.nudges >= TRACKING.nudges or state.series_since_target == 0
+        spent = state.nudges >= TRACKING.most_nudges or state.series_since_target == 0
         if spent or miss <= tolerance:
             return None
         when = moment(swing, error, tolerance)
@@ -513,7 +513,7 @@ class TrackedLandingController(LandingController):
             frees=coulomb * state.static_ratio,
         )
         # One that may not free mass 1 is not often tried
-        nudges = state.nudges + (1 if certain else TRACKING.nudges // 2)
+        nudges = state.nudges + (1 if certain else TRACKING.most_nudges // 2)
         state = replace(state, nudges=nudges, nudge=(samples, effort))
         return replace(state, window=state.window.empty())
 
@@ -522,7 +522,7 @@ class TrackedLandingController(LandingController):
 
     def _near(self, state: TrackedState) -> float:
         """Return the distance from which no series leads straight to the target [m or rad]."""
-        return TRACKING.nearby * state.travel
+        return TRACKING.nearby_error * state.travel
 
     def _recorded(self, state: TrackedState, effort: float) -> tuple[TrackedState, float]:
         return replace(state, efforts=state.efforts.after(effort)), effort
