@@ -143,7 +143,6 @@ class LandingController(ArmPlans):
     """
 
     _driven: ClassVar[str] = "mass 1"
-    _left: ClassVar[float] = APPROACH.left_travel
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -170,6 +169,10 @@ class LandingController(ArmPlans):
         check_learned(learned, self.kind)
         known = ArmBelief.resumed(self.arm, learned)
         return replace(self, arm=known.arm, experience=learned)
+
+    @property
+    def _left(self) -> float:
+        return APPROACH.left_travel
 
     @property
     def channels(self) -> tuple[str, ...]:

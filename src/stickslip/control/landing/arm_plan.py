@@ -140,7 +140,6 @@ class ArmPlans(Supervisor[LandingState]):
     plans_inside: bool = True
     _states: ClassVar[type[LandingState]] = LandingState
     _answers: ClassVar[type[PlanAnswer]] = PlanAnswer
-    _slack: ClassVar[float] = LANDING.slack
 
     @property
     def kind(self) -> AxisKind:
@@ -312,6 +311,11 @@ class ArmPlans(Supervisor[LandingState]):
         """Return what brakes mass 2, as estimated."""
         del state
         return NO_LOSSES
+
+    @property
+    def _slack(self) -> float:
+        """Longest series over the time of a rigid arm and a swing."""
+        return LANDING.slack
 
     def _longest(self, state: LandingState, travel: float) -> float:
         """Return the longest duration of a series over a travel [s]."""

@@ -126,7 +126,6 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     #: How long the driven mass may take to come to rest; None for a time by a rule.
     wait_limit: float | None = quantity_field("time", default=None)
     _driven: ClassVar[str]  # name of the driven mass
-    _left: ClassVar[float] = 0.0  # share of the travel that feedback leaves to the pulses
 
     def __post_init__(self) -> None:
         position, velocity, effort = (
@@ -143,6 +142,11 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     @abstractmethod
     def kind(self) -> AxisKind:
         """``"linear"`` or ``"rotary"``."""
+
+    @property
+    def _left(self) -> float:
+        """Share of the travel that feedback leaves to the pulses."""
+        return 0.0
 
     @property
     @abstractmethod

@@ -90,7 +90,6 @@ class TrackedLandingController(LandingController):
     most_series: int = 12
     _states: ClassVar[type[LandingState]] = TrackedState
     _answers: ClassVar[type[PlanAnswer]] = TrackedAnswer
-    _slack: ClassVar[float] = TRACKING.slack
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -143,6 +142,10 @@ class TrackedLandingController(LandingController):
     def _pulse_samples(self) -> int:
         # The work of a search grows with the number of pulses
         return max(1, int(self.half_swing / (TRACKING.most_pulses * self.sampling_time)))
+
+    @property
+    def _slack(self) -> float:
+        return TRACKING.slack
 
     def _slowest(self, state: Any, travel: float) -> float:
         corrects = travel < 0.5 * state.travel
