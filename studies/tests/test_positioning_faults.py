@@ -5,12 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stickslip.control.landing.tuning import APPROACH, ApproachTuning
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.simulation import simulate
 from studies.mismatch.plant import FINE_STEP, HeldPlant, Plant
 from studies.positioning_faults.__main__ import RUNAWAY, row
 from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES, Case, Channels, Noise
+from studies.positioning_faults.landing_tuning import (
+    CONSTANTS,
+    RECORDS,
+    changed,
+    study,
+    varied_value,
+)
 from studies.positioning_faults.run import Axis, arms, axes, move_axis
 from studies.positioning_faults.safety import unsafe
 from studies.positioning_faults.varied import rows, varied
@@ -268,3 +276,37 @@ def test_an_encoder_step_of_many_times_the_way_of_a_sample() -> None:
     outcome = move_axis(arm, Case(name="", channels=encoder))
     assert not np.isnan(outcome.settling).any()
     assert max(outcome.over_shortest) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "twice"),
+    [
+        (0.4, 0.2, 0.8),
+        (0.85, 0.425, 0.99),
+        (2.0, 1.0, 4.0),
+        (1, 1, 2),
+        ((1.5, 3.0), (0.75, 1.5), (3.0, 6.0)),
+    ],
+)
+def test_a_constant_is_halved_and_doubled(value: object, half: object, twice: object) -> None:
+    assert varied_value(value, 0.5) == half
+    assert varied_value(value, 2.0) == twice
+
+
+def test_a_changed_constant_is_put_back() -> None:
+    with changed("approach.mass_pole", 0.5):
+        assert APPROACH.mass_pole == 0.5 * ApproachTuning.mass_pole
+    assert ApproachTuning() == APPROACH
+
+
+def test_the_default_constants_exist() -> None:
+    for constant in (each for names in CONSTANTS.values() for each in names):
+        record, name = constant.split(".")
+        assert hasattr(RECORDS[record], name)
+
+
+def test_the_study_of_constants_shows_one_that_matters() -> None:
+    text = study("mass", ("approach.mass_pole",), count=1, workers=1)
+    _, _, row = text.strip().splitlines()
+    _, half, twice = row.strip("| ").split(" | ")[1:]
+    assert half != twice

@@ -16,7 +16,8 @@ from stickslip.control.landing.arm_belief import (
     Swing,
     check_learned,
 )
-from stickslip.control.landing.arm_plan import SMOOTHED, ArmPlans, LandingState, PlanRequest
+from stickslip.control.landing.arm_plan import ArmPlans, LandingState, PlanRequest
+from stickslip.control.landing.tuning import APPROACH, LANDING
 from stickslip.numerics.growing import Growing
 from stickslip.planning import PulseSeries
 from stickslip.plants import FlexibleArm
@@ -28,23 +29,13 @@ from stickslip.records import (
     whole,
 )
 
-# The gains of the surrogate arm of the demonstration, without units
-_STIFFNESS_SHARE = 1.5  # of the position gain
-_DAMPING_SHARE = 2.5  # of the velocity gain, over the root of stiffness times mean mass
-_NOTCH_DEPTH, _NOTCH_DAMPING = 0.5, 0.4
-_PERIODS = 1.5  # of the free arm that the reference takes at least
-
-_CERTAIN = 4.0  # standard deviations of a measured velocity
-_LEFT_PLACE = 1.5  # tolerances: farther away, an arm that had landed has not stayed there
-_BRAKING = 8.0  # time constant of braking, in samples
-
 
 def scaled_pd(arm: FlexibleArm) -> PD:
     """Return the gains of the surrogate arm, scaled with the spring and masses of this arm."""
     mean = 0.5 * (arm.mass_1 + arm.mass_2)
     return PD(
-        position_gain=_STIFFNESS_SHARE * arm.stiffness,
-        velocity_gain=_DAMPING_SHARE * sqrt(arm.stiffness * mean),
+        position_gain=APPROACH.arm_position_gain * arm.stiffness,
+        velocity_gain=APPROACH.arm_velocity_gain * sqrt(arm.stiffness * mean),
     )
 
 
@@ -54,8 +45,8 @@ def scaled_notch(arm: FlexibleArm) -> Notch:
         mass_1=arm.mass_1,
         mass_2=arm.mass_2,
         stiffness=arm.stiffness,
-        depth=_NOTCH_DEPTH,
-        damping=_NOTCH_DAMPING,
+        depth=APPROACH.notch_depth,
+        damping=APPROACH.notch_damping,
     )
 
 
@@ -152,7 +143,6 @@ class LandingController(ArmPlans):
     """
 
     _driven: ClassVar[str] = "mass 1"
-    _left: ClassVar[float] = 0.2  # more than mass 2 usually swings
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -179,6 +169,10 @@ class LandingController(ArmPlans):
         check_learned(learned, self.kind)
         known = ArmBelief.resumed(self.arm, learned)
         return replace(self, arm=known.arm, experience=learned)
+
+    @property
+    def _left(self) -> float:
+        return APPROACH.left_travel
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -213,7 +207,7 @@ class LandingController(ArmPlans):
         light = self._light_duration(inertia, end - start)
         return self._feedback(
             estimator_state,
-            move=Move(target=end, duration=max(light, _PERIODS * 2.0 * pi / resonance)),
+            move=Move(target=end, duration=max(light, APPROACH.arm_periods * 2.0 * pi / resonance)),
             start=start,
             inertia=inertia,
             pd=scaled_pd(arm) if self.pd is None else self.pd,
@@ -261,9 +255,9 @@ class LandingController(ArmPlans):
         """Return the state and the effort that slows mass 1, until friction stops it at once."""
         mass, v = self.arm.mass_1, sample.measured_velocity
         coulomb, _ = self._friction(state)
-        if abs(v) * mass <= coulomb * self.sampling_time + mass * _CERTAIN * self.velocity_noise:
+        if abs(v) * mass <= coulomb * self.sampling_time + mass * self._moving_speed:
             return replace(state, braking=False), 0.0
-        effort = -mass / (_BRAKING * self.sampling_time) * v
+        effort = -mass / (LANDING.braking_time * self.sampling_time) * v
         return state, min(max(effort, -self.effort_limit), self.effort_limit)
 
     def _after_approach(
@@ -294,7 +288,8 @@ class LandingController(ArmPlans):
         elif name == "resting" and state.request is not None:
             return self._awaited(state, sample)
         elif name == "resting" and not self._settled(state, sample.time - phase.start):
-            if sample.time - phase.start >= self.longest_wait + SMOOTHED * self.sampling_time:
+            longest = self.longest_wait + LANDING.rest_samples * self.sampling_time
+            if sample.time - phase.start >= longest:
                 name, reason = "stopped", "mass 1 does not come to rest"
         elif name == "resting":
             return self._judged(state, sample)
@@ -302,12 +297,12 @@ class LandingController(ArmPlans):
 
     def _strayed(self, state: LandingState) -> bool:
         """Return whether an arm that had landed is no longer within the tolerance."""
-        window, bound = state.window, _LEFT_PLACE * self.tolerance
+        window, bound = state.window, LANDING.strayed_distance * self.tolerance
         off = abs(state.target - 0.5 * (window.low + window.high))
         if window.count > 1 and bool(off > bound + 0.5 * self._band):
             return True
         # The swing is fitted once in a half swing
-        samples = max(ceil(self.half_swing / self.sampling_time), SMOOTHED)
+        samples = max(ceil(self.half_swing / self.sampling_time), LANDING.rest_samples)
         if window.count == 0 or window.count % samples != 0:
             return False
         return bool(self._miss(state, self._swing(state)) > bound)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
+from stickslip.control.landing.tuning import LANDING, LEARNING
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseSeries, forward_motion
 from stickslip.plants import FlexibleArm
@@ -24,21 +25,9 @@ LEARNED = ("mass", "load_mass", "stiffness", "coulomb_friction", "viscous_fricti
 """Names of the parameters, in the order of the covariance."""
 
 _BODY, _FRICTION = slice(0, 3), slice(3, 5)
-_FRICTION_RATIO = 6.0  # prior deviation of friction relative to that of masses and spring
-_UNKNOWN = 1.0  # standard deviation of the logarithm of a friction that is not known at all
-_DRIFT = 0.05  # relative deviation of the change of friction since an earlier run or target
-_WALK = np.array([1e-6] * 3 + [1e-4] * 2)  # relative deviation of a change between series
-_LEAST_VISCOUS = 1e-3  # of m1 times the frequency of mass 2: stands for none, it has a logarithm
-_TYPICAL_VISCOUS = 0.05  # of the same, where little is known
-_LEAST_SAMPLES = 8  # of slipping: with fewer nothing is learned
-_CERTAIN = 4.0  # standard deviations of a measured velocity
 _ROUNDING = 1e-8  # of the way: sensors without noise
-_UNLIKE = (5.0, 0.02)  # deviations, or of the way: farther on average, something else moved it too
 _CONVERGED = 1e-12
 _FITS = 4  # at most, each with the noise that the residuals of the last one show
-_EXPLAINED = 1.5  # rms of residuals, over the noise, that needs no further fit
-_SURPRISE = 400.0  # squared distance from the prior, in its standard deviations: no estimate
-_AGREES = (4.0, 0.5)  # with the running estimate: deviations, share of the effort of friction
 _EVALUATIONS = 60  # of the motion and its slopes in a fit
 _TINY = 1e-12  # of the frequency: a weight for sensors without noise
 
@@ -145,7 +134,7 @@ class FlightLog:
     @property
     def _fast(self) -> Bool[np.ndarray, " n"]:
         """Whether mass 1 surely moves on, after each sample; as after the one before if lost."""
-        fast = self.direction * self.seen[1:, 1] > _CERTAIN * self.velocity_noise
+        fast = self.direction * self.seen[1:, 1] > LANDING.moving_deviations * self.velocity_noise
         known = np.isfinite(self.seen[1:, 1])
         last = np.maximum.accumulate(np.where(known, np.arange(known.size), -1))
         return np.where(last >= 0, fast[last], False)
@@ -156,7 +145,7 @@ class FlightLog:
         fast = self._fast
         stuck = int(np.argmax(fast)) if fast.any() else fast.size
         expected = self.direction * self.expected_velocity[1 : stuck + 1]
-        return bool((expected > 2.0 * _CERTAIN * self.velocity_noise).any())
+        return bool((expected > 2.0 * LANDING.moving_deviations * self.velocity_noise).any())
 
     def slipping(self) -> int:
         """Return for how many samples mass 1 has slipped, from the begin on, without a stop."""
@@ -182,7 +171,7 @@ class RunningFriction:
         other = coulomb_friction + viscous_friction * self.speed
         own = self.coulomb_friction + self.viscous_friction * self.speed
         variance = float(row @ self.covariance @ row)
-        deviations, share = _AGREES
+        deviations, share = LEARNING.agreeing_deviations, LEARNING.agreeing_share
         if not isfinite(variance):
             return True
         return bool(abs(other - own) <= deviations * sqrt(max(variance, 0.0)) + share * abs(own))
@@ -213,19 +202,20 @@ class ArmBelief:
         ``uncertainty`` is the relative standard deviation of masses and spring; ``covariance`` that
         of Coulomb and viscous friction, as estimated with these masses and spring.
         """
-        P = np.diag([uncertainty**2] * 3 + [(_FRICTION_RATIO * uncertainty) ** 2] * 2)
+        P = np.diag([uncertainty**2] * 3 + [(LEARNING.friction_ratio * uncertainty) ** 2] * 2)
         if np.isfinite(covariance).all():
             # A logarithm describes a value that is known to within a factor only: one that is not
             # known so well is taken to be as large as its deviation
             spread = np.sqrt(np.diag(covariance))
             coulomb_friction = max(coulomb_friction, float(spread[0]))
-            typical = _TYPICAL_VISCOUS / _LEAST_VISCOUS * _least_viscous(arm)
+            typical = LEARNING.typical_viscous / LEARNING.least_viscous * _least_viscous(arm)
             viscous_friction = max(viscous_friction, min(float(spread[1]), typical))
             of_one = 1.0 / np.array([coulomb_friction, max(viscous_friction, _least_viscous(arm))])
-            of_one *= np.minimum(1.0, _UNKNOWN / np.maximum(spread * of_one, 1e-300))
+            relative = np.maximum(spread * of_one, 1e-300)
+            of_one *= np.minimum(1.0, LEARNING.unknown_friction / relative)
             P[_FRICTION, _FRICTION] += covariance * np.outer(of_one, of_one)
         else:
-            P[_FRICTION, _FRICTION] += _UNKNOWN**2 * np.eye(2)
+            P[_FRICTION, _FRICTION] += LEARNING.unknown_friction**2 * np.eye(2)
         return cls(
             arm=replace(arm, friction=_law(arm, coulomb_friction, viscous_friction)),
             covariance=P,
@@ -247,7 +237,7 @@ class ArmBelief:
     def later(self) -> "ArmBelief":
         """Return the estimate some time later: friction may have changed."""
         P = self.covariance.copy()
-        P[_FRICTION, _FRICTION] += _DRIFT**2 * np.eye(2)
+        P[_FRICTION, _FRICTION] += LEARNING.friction_drift**2 * np.eye(2)
         return replace(self, covariance=P)
 
     @property
@@ -275,11 +265,11 @@ class ArmBelief:
         the running estimate, is rejected.
         """
         n = flight.slipping()
-        if n < _LEAST_SAMPLES or flight.late:
+        if n < LEARNING.slip_samples or flight.late:
             return self
         found, size, unlike = self._explained(flight, n)
         theta, jacobian = found.x, np.asarray(found.jac)
-        if unlike or float(np.sum(found.fun[size:] ** 2)) > _SURPRISE:
+        if unlike or float(np.sum(found.fun[size:] ** 2)) > LEARNING.surprise:
             return self
         if running is not None and not running.agrees(*np.exp(theta[3:5]).tolist()):
             return self
@@ -312,8 +302,9 @@ class ArmBelief:
         weight = 1.0 / np.array([of_position, of_velocity] * 2)
         swing = float(np.hypot(start[2] - start[0], start[3] / frequency))
         loose = swing * float(np.sqrt(np.diag(self.covariance)[_BODY].max())) + of_position
+        walk = np.array([LEARNING.body_walk] * 3 + [LEARNING.friction_walk] * 2)
         prior = np.zeros((7, 7))
-        prior[:5, :5] = self.covariance + np.diag(_WALK**2)
+        prior[:5, :5] = self.covariance + np.diag(walk**2)
         prior[5, 5], prior[6, 6] = loose**2, (loose * frequency) ** 2
         whiten = np.linalg.inv(np.linalg.cholesky(prior))
         measured = flight.seen[1 : n + 1]
@@ -339,9 +330,9 @@ class ArmBelief:
                 args=(noise,),
             )
             rms = float(np.sqrt(np.mean(found.fun[: measured.size] ** 2)))
-            if rms <= _EXPLAINED:
+            if rms <= LEARNING.explained_residual:
                 break
-        deviations, share = _UNLIKE
+        deviations, share = LEARNING.unexplained_deviations, LEARNING.unexplained_travel
         return found, measured.size, noise * rms > max(deviations, share * way / of_position)
 
     def _motion(
@@ -377,7 +368,7 @@ def check_learned(learned: LearnedPulses, kind: AxisKind) -> None:
 
 
 def _least_viscous(arm: FlexibleArm) -> float:
-    return _LEAST_VISCOUS * arm.mass_1 * (arm.stiffness / arm.mass_2) ** 0.5
+    return LEARNING.least_viscous * arm.mass_1 * (arm.stiffness / arm.mass_2) ** 0.5
 
 
 def _law(arm: FlexibleArm, coulomb: float, viscous: float) -> CoulombViscousFriction:

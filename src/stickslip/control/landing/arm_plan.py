@@ -24,6 +24,7 @@ from stickslip.control.landing.supervisor import (
     SupervisorState,
     Window,
 )
+from stickslip.control.landing.tuning import LANDING, LEARNING
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.growing import Growing
 from stickslip.planning import NO_LOSSES, LoadLosses, PulseLaw, PulseSeries, PulseSeriesPlanner
@@ -36,31 +37,6 @@ from stickslip.records import (
     StickslipError,
     quantity_field,
 )
-
-# Rest
-_MISSED = 1e-3  # of the windows of an axis at rest are not seen as such
-SMOOTHED = 80  # samples at rest before a plan: an estimator that smooths is through by then
-_REST = 0.4  # half swings at rest before a plan: a sine is known by then
-_FINE = 0.01  # of the travel left: a wider band of noise hides motion that matters
-_GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
-_KEPT = 2.0  # half swings kept in the window
-_WAIT_RULE = 40.0  # half swings
-_STATIC = 1.3  # static over Coulomb friction, where nothing is known
-
-# Learning from series
-_STATIC_STEP = 1.25  # by which static friction is raised when a series has not freed mass 1
-_BY_NOISE = (10.0, 0.05)  # deviations of a position, of the travel: noise explains no larger miss
-_UNCERTAIN = 0.02  # relative deviation of masses and spring where none was given
-
-# Bounds of a series
-_OFF = (0.3, 5.0, 20.0, 4.0)  # corridor: of the travel, tolerances, deviations; samples of motion
-_MOST_STATIC = 0.95  # of the effort limit: static friction that a series may still free
-
-# The next series
-_DIRECT = 0.8  # of the travel left: a swing below it can be taken up on the way
-_BEYOND = (1.5, 3.0)  # of the travel left and the swing, to a place to come back from
-_SMALLEST = 4.0  # smallest steps there at least
-_EXCESS, _GAP = 0.1, 0.3  # over the shortest time and the least impulse: found with little work
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,7 +140,6 @@ class ArmPlans(Supervisor[LandingState]):
     plans_inside: bool = True
     _states: ClassVar[type[LandingState]] = LandingState
     _answers: ClassVar[type[PlanAnswer]] = PlanAnswer
-    _slack: ClassVar[float] = 4.0  # longest series over the time of a rigid arm and a swing
 
     @property
     def kind(self) -> AxisKind:
@@ -179,18 +154,19 @@ class ArmPlans(Supervisor[LandingState]):
     @property
     def longest_wait(self) -> float:
         """The wait limit, or 20 swings of mass 2 [s]."""
-        return _WAIT_RULE * self.half_swing if self.wait_limit is None else self.wait_limit
+        return LANDING.wait_limit * self.half_swing if self.wait_limit is None else self.wait_limit
 
     def init(self) -> LandingState:
         """Return the state before the first sample."""
         law, learned = self.arm.friction, self.experience
         known = law.coulomb_friction_positive + law.coulomb_friction_negative
         static = law.static_friction_positive + law.static_friction_negative
+        given = static / known if known > 0.0 else 0.0
         return self._states(
             target=self.target,
             estimator_state=self.estimator.init(sampling_time=self.sampling_time),
             window=Window.of(self._window),
-            static_ratio=max(static / known, _STATIC) if known > 0.0 else _STATIC,
+            static_ratio=max(given, LANDING.static_ratio),
             belief=None if learned is None else ArmBelief.resumed(self.arm, learned),
         )
 
@@ -198,13 +174,12 @@ class ArmPlans(Supervisor[LandingState]):
         """Return whether mass 1 is outside the corridor around the present series."""
         planned = state.flights[-1].planned
         k = min(state.sent, planned.effort.size)
-        travel, tolerances, deviations, samples = _OFF
         wide = max(
-            travel * abs(planned.target - float(planned.position[0])),
-            tolerances * self.tolerance,
-            deviations * self.position_noise,
+            LANDING.corridor_travel * abs(planned.target - float(planned.position[0])),
+            LANDING.corridor_tolerance * self.tolerance,
+            LANDING.corridor_noise * self.position_noise,
         )
-        wide += samples * self.sampling_time * float(np.abs(planned.velocity).max())
+        wide += LANDING.corridor_delay * self.sampling_time * float(np.abs(planned.velocity).max())
         return bool(abs(sample.measured_position - self._due(state, k)) > wide)
 
     def _due(self, state: LandingState, k: int) -> float:
@@ -288,8 +263,8 @@ class ArmPlans(Supervisor[LandingState]):
             arm=replace(arm, friction=friction),
             sampling_time=self.sampling_time,
             effort_limit=self._plan_limit(state),
-            excess=_EXCESS,
-            impulse_gap=_GAP,
+            excess=LANDING.excess,
+            impulse_gap=LANDING.impulse_gap,
             rest_on_the_way=True,
             losses=self._losses(state),
             pulse_samples=self._pulse_samples,
@@ -301,16 +276,16 @@ class ArmPlans(Supervisor[LandingState]):
             static_friction=static,
             kind=arm.kind,
         )
-        return planner, _SMALLEST * float(alone.smallest_displacement(self.sampling_time))
+        smallest = float(alone.smallest_displacement(self.sampling_time))
+        return planner, LANDING.smallest_steps * smallest
 
     def _places(self, state: LandingState, swing: Swing, least: float) -> list[float]:
         """Return where a series may lead, in order of preference; ``least`` is a travel."""
         error = state.target - swing.position
         ahead = 1.0 if error > 0.0 else -1.0
-        places = [state.target] if swing.amplitude < _DIRECT * abs(error) else []
-        return places + [
-            swing.position + side * share * least for share in _BEYOND for side in (ahead, -ahead)
-        ]
+        places = [state.target] if swing.amplitude < LANDING.direct_swing * abs(error) else []
+        beyond = product(LANDING.beyond, (ahead, -ahead))
+        return places + [swing.position + side * share * least for share, side in beyond]
 
     def _longer(self, state: LandingState) -> tuple[float, ...]:
         """Return how long a series may be, over its usual limit, one after the other."""
@@ -337,6 +312,11 @@ class ArmPlans(Supervisor[LandingState]):
         del state
         return NO_LOSSES
 
+    @property
+    def _slack(self) -> float:
+        """Longest series over the time of a rigid arm and a swing."""
+        return LANDING.slack
+
     def _longest(self, state: LandingState, travel: float) -> float:
         """Return the longest duration of a series over a travel [s]."""
         if self.longest_series is not None:
@@ -344,8 +324,8 @@ class ArmPlans(Supervisor[LandingState]):
         arm, limit = self._estimated_arm(state), self._plan_limit(state)
         coulomb, _ = self._friction(state)
         mass = arm.mass_1 + arm.mass_2
-        free = max(limit - coulomb, (1.0 - _MOST_STATIC) * limit)
-        rigid = 2.0 * sqrt(_BEYOND[-1] * travel * mass / free)
+        free = max(limit - coulomb, (1.0 - LANDING.most_static) * limit)
+        rigid = 2.0 * sqrt(LANDING.beyond[-1] * travel * mass / free)
         return self._slack * (rigid + 2.0 * pi * sqrt(arm.mass_2 / arm.stiffness))
 
     def _launched(
@@ -371,9 +351,10 @@ class ArmPlans(Supervisor[LandingState]):
         rest has to do.
         """
         left = abs(state.target - 0.5 * (state.window.low + state.window.high))
-        share = _REST if self._band <= _FINE * left else 1.0
-        rest = max(ceil(share * self.half_swing / self.sampling_time), SMOOTHED)
-        return state.window.count >= (rest if waited < _GIVES * self.half_swing else _BRIEF)
+        share = LANDING.rest_swing if self._band <= LANDING.fine_band * left else 1.0
+        rest = max(ceil(share * self.half_swing / self.sampling_time), LANDING.rest_samples)
+        yields = waited < LANDING.yielding_time * self.half_swing
+        return state.window.count >= (rest if yields else LANDING.brief_rest)
 
     def _swing(self, state: LandingState) -> Swing:
         return Swing.seen(
@@ -386,13 +367,19 @@ class ArmPlans(Supervisor[LandingState]):
 
     @property
     def _band(self) -> float:
-        farthest = NormalDist().inv_cdf(1.0 - _MISSED / (2.0 * self._window))
+        farthest = NormalDist().inv_cdf(1.0 - LANDING.missed_rest / (2.0 * self._window))
         return 2.0 * farthest * self.position_noise
 
     @property
     def _window(self) -> int:
         """Samples in which rest is looked for."""
-        return max(ceil(_KEPT * self.half_swing / self.sampling_time), SMOOTHED) + 1
+        kept = ceil(LANDING.window_length * self.half_swing / self.sampling_time)
+        return max(kept, LANDING.rest_samples) + 1
+
+    @property
+    def _moving_speed(self) -> float:
+        """Measured velocity of a mass that certainly moves [m/s or rad/s]."""
+        return LANDING.moving_deviations * self.velocity_noise
 
     def _learns(self, state: LandingState) -> bool:
         """Return whether masses and spring are learned."""
@@ -417,8 +404,8 @@ class ArmPlans(Supervisor[LandingState]):
         stayed = abs(swing.position - last.planned.position[0]) <= self._band
         if stayed or flight.late:
             coulomb, _ = self._friction(state)
-            most = max(_MOST_STATIC * self._plan_limit(state) / coulomb, state.static_ratio)
-            state = replace(state, static_ratio=min(_STATIC_STEP * state.static_ratio, most))
+            most = max(LANDING.most_static * self._plan_limit(state) / coulomb, state.static_ratio)
+            state = replace(state, static_ratio=min(LANDING.static_step * state.static_ratio, most))
         missed = max(abs(swing.position - last.planned.target), swing.amplitude)
         unexplained = missed > max(self.tolerance, self._by_noise(last.planned))
         if stayed or not (self._learns(state) or unexplained):
@@ -454,7 +441,7 @@ class ArmPlans(Supervisor[LandingState]):
         """Return how far a series may miss by what noise does to its start and to friction."""
         if self.position_noise == 0.0:
             return 0.0
-        deviations, share = _BY_NOISE
+        deviations, share = LEARNING.noise_deviations, LEARNING.noise_travel
         travel = abs(planned.target - float(planned.position[0]))
         return max(deviations * self.position_noise, share * travel)
 
@@ -465,7 +452,7 @@ class ArmPlans(Supervisor[LandingState]):
         coulomb, viscous = self._friction(state)
         return ArmBelief.first(
             self.arm,
-            uncertainty=self.arm_uncertainty or _UNCERTAIN,
+            uncertainty=self.arm_uncertainty or LEARNING.body_uncertainty,
             coulomb_friction=coulomb,
             viscous_friction=viscous,
             covariance=self._covariance(state),

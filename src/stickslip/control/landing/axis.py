@@ -15,6 +15,7 @@ from stickslip.control.landing.supervisor import (
     SupervisorState,
     Window,
 )
+from stickslip.control.landing.tuning import APPROACH
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.rest_detection import RestDetection
 from stickslip.friction import CoulombViscousFriction
@@ -27,13 +28,6 @@ from stickslip.records import (
     SensorSample,
     quantity_field,
 )
-
-_WAIT_RULE = 100.0  # samples: with its friction compensated a mass creeps rather than stops
-_COASTING = 10.0  # times the wait limit that it may take to come to rest after a pulse
-_SURELY = 0.05  # the estimate of friction is not trusted to be better than this part of it
-_SAMPLES = 40.0  # that the reference takes at least
-_POLE = 20.0  # of the feedback, over the reference's duration
-_FASTEST = 0.3  # that pole at most, over the sampling rate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +124,8 @@ class AxisLandingController(Supervisor[AxisLandingState]):
     @property
     def longest_wait(self) -> float:
         """The wait limit, or 100 samples [s]."""
-        return _WAIT_RULE * self.sampling_time if self.wait_limit is None else self.wait_limit
+        by_rule = APPROACH.mass_wait * self.sampling_time
+        return by_rule if self.wait_limit is None else self.wait_limit
 
     @property
     def _rest(self) -> RestDetection:
@@ -170,8 +165,8 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         """
         m = self.axis.mass
         light = self._light_duration(m, end - start)
-        duration = max(light, _SAMPLES * self.sampling_time)
-        w = min(_POLE / duration, _FASTEST / self.sampling_time)
+        duration = max(light, APPROACH.mass_samples * self.sampling_time)
+        w = min(APPROACH.mass_pole / duration, APPROACH.fastest_mass_pole / self.sampling_time)
         return self._feedback(
             estimator_state,
             move=Move(target=end, duration=duration),
@@ -222,7 +217,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
                 static_friction=min(max(static, coulomb), highest),
                 offset=guess.offset,
             ),
-            friction_uncertainty=float(np.clip(spread[0], _SURELY, 1.0)),
+            friction_uncertainty=float(np.clip(spread[0], APPROACH.friction_uncertainty, 1.0)),
             mass_uncertainty=self.mass_uncertainty,
             position_noise=self.position_noise,
             longest_width=self.longest_width,
@@ -257,7 +252,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         elif outcome is PositioningOutcome.STOPPED and phase != "stopped":
             why = pulses.why(memory) or "the pulses have ended"
             state = self._enter(state, sample, "stopped", why)
-        elif phase == "pulses" and sample.time - idle >= _COASTING * self.longest_wait:
+        elif phase == "pulses" and sample.time - idle >= APPROACH.mass_coasting * self.longest_wait:
             state = replace(state, gave_up=True)
             state = self._enter(state, sample, "stopped", "the mass does not come to rest")
             effort = 0.0

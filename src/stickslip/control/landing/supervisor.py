@@ -18,6 +18,7 @@ from stickslip.control.feedback.friction_compensation import (
 )
 from stickslip.control.feedback.linear_parts import PD, Notch
 from stickslip.control.feedback.reference import Move, PointToPoint
+from stickslip.control.landing.tuning import APPROACH
 from stickslip.records import (
     AxisKind,
     InputError,
@@ -35,9 +36,7 @@ from stickslip.records import (
 FRICTION = ("coulomb_friction", "viscous_friction", "static_friction")  # order of the estimates
 _OUTCOMES = {"done": PositioningOutcome.REACHED, "stopped": PositioningOutcome.STOPPED}
 LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
-_EFFORT_SHARE = 0.4  # of the limit that the reference's acceleration may take
 _PEAK = 5.7735  # peak acceleration of a minimum-jerk move over length/duration^2: 10/sqrt(3)
-_SETTLED = 5  # samples at rest after the reference: feedback has done what it can
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +126,6 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     #: How long the driven mass may take to come to rest; None for a time by a rule.
     wait_limit: float | None = quantity_field("time", default=None)
     _driven: ClassVar[str]  # name of the driven mass
-    _left: ClassVar[float] = 0.0  # share of the travel that feedback leaves to the pulses
 
     def __post_init__(self) -> None:
         position, velocity, effort = (
@@ -144,6 +142,11 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     @abstractmethod
     def kind(self) -> AxisKind:
         """``"linear"`` or ``"rotary"``."""
+
+    @property
+    def _left(self) -> float:
+        """Share of the travel that feedback leaves to the pulses."""
+        return 0.0
 
     @property
     @abstractmethod
@@ -210,7 +213,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
 
     def _light_duration(self, mass: float, travel: float) -> float:
         """Return how long a reference takes whose acceleration needs a share of the effort."""
-        return sqrt(_PEAK * abs(travel) * mass / (_EFFORT_SHARE * self.effort_limit))
+        return sqrt(_PEAK * abs(travel) * mass / (APPROACH.effort_share * self.effort_limit))
 
     def _readable(self, sample: SensorSample) -> bool:
         """Return whether a sample has all that is needed."""
@@ -282,7 +285,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         """Return the state, in the next phase if the feedback has done what it can."""
         (move,) = controller.reference.moves
         since = sample.time - state.phase.start - move.duration
-        rested = state.window.count >= _SETTLED
+        rested = state.window.count >= APPROACH.settled_samples
         if since < 0.0 or not (rested or since >= self.longest_wait):
             return state
         state = self._without_feedback(state)

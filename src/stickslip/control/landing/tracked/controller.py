@@ -13,7 +13,6 @@ from stickslip.control.landing.arm_plan import LandingState, PlanAnswer
 from stickslip.control.landing.supervisor import LEAST_FRICTION
 from stickslip.control.landing.tracked.correction import (
     NONE,
-    SEEN,
     CorrectedSeries,
     Deviation,
     Tracking,
@@ -30,43 +29,14 @@ from stickslip.control.landing.tracked.sensing import (
     with_velocities,
 )
 from stickslip.control.landing.tracked.state import TrackedAnswer, TrackedState
+from stickslip.control.landing.tuning import TRACKING
 from stickslip.numerics.growing import Growing
 from stickslip.planning import LoadLosses, PulseLaw, PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample
 
-# Feedback
-_UNKNOWN = 2.0  # samples of delay assumed before the first series
-_INTEGRAL = 0.2  # pole of the integral over the double pole
-_SETTLING = 3.0  # time constants of feedback after the last pulse
-
-# Correction
-_CORRECTING = 0.95  # of the effort limit, that a correction may lead to
 _KEPT = LAGS + 2  # deviations, for the delay
-
-# Plans
 _ROUNDING = 1e-6  # samples
-_DELAYED_BY = 0.1  # of a sample, by which successive ones may be early or delayed
-_STAYS = 0.02  # of the move, planned while mass 1 rests: it does not move, or is not seen to
-_COASTS = 0.02  # of the move: mass 1 is braked where friction alone takes longer to stop it
-_HELD = 0.3  # of the effort limit: force of the spring that may hold mass 1 on its way
-_STICKS, _FREES = 4, 0.04  # samples at rest, until the effort grows by such a share of the limit
-_SEES, _SURELY = 12, 3.0  # samples, bands of rest in which a mass that moves is seen to
-_PULSES = 300.0  # in half a swing at most
-_DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
-_NUDGED, _NUDGES = 0.02, 8  # of the move; pulses on mass 1 alone
-_PERIODS = 1.2  # of mass 2: time to wait for that
-_SHARE = 0.85  # of the effort limit; the rest is for feedback
-_GUESSED = 0.1  # Coulomb friction over the effort limit, where nothing is known
-_LONGER = (1.0, 2.0, 4.0, 8.0)  # times that, one after the other, where the arm rests
-_NEARBY = 0.035  # of the move: way left from which no series leads straight to the target
-_SHORTEST, _FARTHER = 0.07, 0.2  # of the move: travel of a series that corrects, and 1.5 times
-_IMPROVES = 0.7  # of the smallest miss so far: what a further correction must bring
-_SLOWEST = 0.3  # speed of such a series over its mean: slow motion has another friction
-_GIVES_WAY = 0.1  # tolerances within which a mass rests
-_DRIFTS = 5.0  # tolerances in half a swing: a speed at which mass 1 may rest at once
-_AT_ONCE, _BRIEF = 3, 6  # samples at rest before a plan, with sensors without noise and with some
-_KNOWN, _NEAR = 0.2, 2e-3  # of the tolerance, of the way left: to which a swing must be known
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +90,6 @@ class TrackedLandingController(LandingController):
     most_series: int = 12
     _states: ClassVar[type[LandingState]] = TrackedState
     _answers: ClassVar[type[PlanAnswer]] = TrackedAnswer
-    _slack: ClassVar[float] = 1.5
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -133,7 +102,7 @@ class TrackedLandingController(LandingController):
         series.after(0, NONE, series.acceleration(0, NONE, NONE))
         self._fitted(state, series.effort, series.states)
 
-    def pole(self, delay: float = _UNKNOWN) -> float:
+    def pole(self, delay: float = TRACKING.assumed_delay) -> float:
         """Return the double pole of the feedback [rad/s].
 
         Parameters
@@ -160,23 +129,27 @@ class TrackedLandingController(LandingController):
     @property
     def _band(self) -> float:
         # Bristles give way a little
-        return max(super()._band, _GIVES_WAY * self.tolerance)
+        return max(super()._band, TRACKING.rest_band * self.tolerance)
 
     def _longer(self, state: Any) -> tuple[float, ...]:
         on_the_way = bool(state.phases) and state.phase.name == "series"
-        return (1.0,) if on_the_way else _LONGER
+        return (1.0,) if on_the_way else TRACKING.longer_series
 
     def _plan_limit(self, state: Any) -> float:
-        return _SHARE * self._most(state)
+        return TRACKING.plan_share * self._most(state)
 
     @property
     def _pulse_samples(self) -> int:
         # The work of a search grows with the number of pulses
-        return max(1, int(self.half_swing / (_PULSES * self.sampling_time)))
+        return max(1, int(self.half_swing / (TRACKING.most_pulses * self.sampling_time)))
+
+    @property
+    def _slack(self) -> float:
+        return TRACKING.slack
 
     def _slowest(self, state: Any, travel: float) -> float:
         corrects = travel < 0.5 * state.travel
-        return _SLOWEST if corrects else super()._slowest(state, travel)
+        return TRACKING.correcting_speed if corrects else super()._slowest(state, travel)
 
     def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         """Take a sample; return the state after it and the effort until the next [N or N m]."""
@@ -196,7 +169,8 @@ class TrackedLandingController(LandingController):
 
     def _follows(self, last: SensorSample, sample: SensorSample) -> bool:
         """Return whether two samples are successive."""
-        return abs(sample.time - last.time - self.sampling_time) <= _DELAYED_BY * self.sampling_time
+        early = sample.time - last.time - self.sampling_time
+        return abs(early) <= TRACKING.jitter * self.sampling_time
 
     def _lag(self, state: Any) -> float:
         """Return the lag of measured velocities [s]."""
@@ -242,15 +216,15 @@ class TrackedLandingController(LandingController):
 
     def _settled(self, state: Any, waited: float) -> bool:
         n, last = state.window.count, state.last
-        slowly = _DRIFTS * self.tolerance / self.half_swing + 4.0 * self.velocity_noise
+        slowly = TRACKING.rest_speed * self.tolerance / self.half_swing + self._moving_speed
         if last is None or abs(last.measured_velocity) > slowly:  # it may be about to turn
             return super()._settled(state, waited)
         if self.position_noise == 0.0 and self.velocity_noise == 0.0:
-            return n >= _AT_ONCE
-        if n >= _BRIEF and not state.computed:
+            return n >= TRACKING.exact_rest
+        if n >= TRACKING.noisy_rest and not state.computed:
             left = abs(state.target - 0.5 * (state.window.low + state.window.high))
             unsure = swing_deviation(n, self.sampling_time, self.half_swing, self._noise)
-            if unsure <= max(_KNOWN * self.tolerance, _NEAR * left):
+            if unsure <= max(TRACKING.known_swing * self.tolerance, TRACKING.known_travel * left):
                 return True
         return super()._settled(state, waited)
 
@@ -263,7 +237,7 @@ class TrackedLandingController(LandingController):
             coulomb, viscous = drive.friction
             return max(coulomb, LEAST_FRICTION * self.effort_limit), max(viscous, 0.0)
         if not np.isfinite(self._covariance(state)).all():
-            coulomb = max(coulomb, _GUESSED * self.effort_limit)
+            coulomb = max(coulomb, TRACKING.guessed_friction * self.effort_limit)
         return coulomb, viscous
 
     def _covariance(self, state: Any) -> Float[np.ndarray, "2 2"]:
@@ -296,7 +270,7 @@ class TrackedLandingController(LandingController):
     def _miss(self, state: LandingState, swing: Swing) -> float:
         # Friction may hold mass 2 beside mass 1, where it does not swing
         x1, x2 = state.window.seen()[-1, :2].tolist()
-        beside = abs(x2 - x1) - 6.0 * self.position_noise
+        beside = abs(x2 - x1) - TRACKING.offset_deviations * self.position_noise
         return max(super()._miss(state, swing), beside)
 
     def _places(self, state: Any, swing: Swing, least: float) -> list[float]:
@@ -306,7 +280,7 @@ class TrackedLandingController(LandingController):
         error = state.target - swing.position
         if abs(error) > self._near(state):
             return super()._places(state, swing, least)
-        share = _FARTHER if state.farther else _SHORTEST
+        share = TRACKING.farther_travel if state.farther else TRACKING.correcting_travel
         return super()._places(state, swing, max(least, share * state.travel))[-4:]
 
     def _next_series(self, state: Any, swing: Swing, later: float = 0.0) -> PulseSeries | str:
@@ -316,12 +290,12 @@ class TrackedLandingController(LandingController):
         series = super()._next_series(state, swing, later + drive.delay * self.sampling_time)
         if isinstance(series, str):
             return series
-        pole, filtering = self._poles(drive.delay if drive.rows else _UNKNOWN)
+        pole, filtering = self._poles(drive.delay if drive.rows else TRACKING.assumed_delay)
         tracking = Tracking(
             pole=pole,
             filtered=1.0 - exp(-filtering * self.sampling_time),
-            settling=max(1, ceil(_SETTLING / pole / self.sampling_time)),
-            limit=_CORRECTING * self._most(state),
+            settling=max(1, ceil(TRACKING.settling / pole / self.sampling_time)),
+            limit=TRACKING.correction_share * self._most(state),
             noise=self._noise,
             learned=state.load.rows > 0,
         )
@@ -377,8 +351,8 @@ class TrackedLandingController(LandingController):
         )
         r = rx, rv, rx2, rv2 = series.seen(k, state.deviations[-1], by)
         held = k < series.moving and series.rests[k] and v == 0.0
-        if held and abs(sample.measured_velocity) <= 4.0 * self.velocity_noise:
-            share = 1.0 - exp(-p * T / SEEN)
+        if held and abs(sample.measured_velocity) <= self._moving_speed:
+            share = 1.0 - exp(-p * T / TRACKING.taken_over)
             r = rx + share * (sample.measured_position - x - dx), rv, rx2, rv2
         state = replace(state, goal=series.goal(k, r, state.goal))
         a = series.acceleration(k, r, state.goal)
@@ -392,9 +366,10 @@ class TrackedLandingController(LandingController):
         u = (float(series.effort[k]) + feedback + state.integral) / drive.gain
         limit = self._most(state)
         if abs(u) < limit and v != 0.0:
-            grown = _INTEGRAL * arm.mass_1 * p**3 * e * T
-            if self._stuck(state) > _STICKS + drive.delay and series.direction * e > self._band:
-                grown = series.direction * _FREES * limit
+            grown = TRACKING.integral_pole * arm.mass_1 * p**3 * e * T
+            stuck = self._stuck(state) > TRACKING.stuck_samples + drive.delay
+            if stuck and series.direction * e > self._band:
+                grown = series.direction * TRACKING.freeing_rate * limit
             state = replace(state, integral=state.integral + grown)
         state = replace(state, sent=k + 1)
         return self._recorded(self._deviated(state, k, r, a), min(max(u, -limit), limit))
@@ -410,7 +385,7 @@ class TrackedLandingController(LandingController):
             if self._stays(state, sample):
                 reason = "mass 1 does not move as planned, or its sensor does not show it"
                 return self._enter(state, sample, "stopped", reason)
-            over = state.sent >= series.moving + series.drive.delay + _AT_ONCE
+            over = state.sent >= series.moving + series.drive.delay + TRACKING.exact_rest
             if over and self._settled(state, 0.0):
                 return self._enter(
                     state, sample, "resting", "mass 1 rests at the end of the series"
@@ -423,7 +398,7 @@ class TrackedLandingController(LandingController):
         """Return whether friction lets mass 1 go far at the end of a series."""
         coulomb, _ = self._friction(state)
         energy = 0.5 * self._estimated_arm(state).mass_1 * sample.measured_velocity**2
-        return bool(energy > coulomb * _COASTS * state.travel)
+        return bool(energy > coulomb * TRACKING.coasting_travel * state.travel)
 
     def _stuck(self, state: Any) -> int:
         """Return for how many samples mass 1 has rested where its plan lets it move."""
@@ -442,14 +417,14 @@ class TrackedLandingController(LandingController):
         since = now - stuck
         planned = abs(float(series.position[now] - series.position[since]))
         whole = max(state.travel, abs(series.target - float(series.position[0])))
-        least = max(_STAYS * whole, _SURELY * self._band)
+        least = max(TRACKING.blocked_travel * whole, TRACKING.blocked_bands * self._band)
         behind = series.direction * (self._due(state, now) - sample.measured_position)
-        if stuck < _SEES or min(planned, behind) <= least:
+        if stuck < TRACKING.blocked_samples or min(planned, behind) <= least:
             return False
         # The spring may hold it for a while
-        x, x2 = state.window.seen()[-_SEES:, :2].T
+        x, x2 = state.window.seen()[-TRACKING.blocked_samples :, :2].T
         pulled = series.direction * self.arm.stiffness * float(x[-1] - x2[-1])
-        return bool(np.ptp(x2) == 0.0 or pulled <= _HELD * self._most(state))
+        return bool(np.ptp(x2) == 0.0 or pulled <= TRACKING.held_share * self._most(state))
 
     def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
         """Return the state, with what follows a rest on the way planned anew where it is off."""
@@ -480,14 +455,14 @@ class TrackedLandingController(LandingController):
     def _as_planned(self, state: Any) -> bool:
         """Return whether a series goes as planned: drive and load are about what it assumed."""
         series, drive = state.flights[-1].planned, self._drive(state)
-        if state.goal != NONE or abs(drive.delay - series.drive.delay) > _DELAYED:
+        if state.goal != NONE or abs(drive.delay - series.drive.delay) > TRACKING.other_delay:
             return False
         arm, (coulomb, _) = self._estimated_arm(state), self._friction(state)
         viscous = sqrt(arm.stiffness * arm.mass_2)
         scales = (viscous, coulomb, viscous)
         pairs = zip(state.load.losses, series.losses, scales, strict=True)
-        lost = any(abs(new - old) > _LOST * scale for new, old, scale in pairs)
-        return not lost and abs(drive.gain - series.drive.gain) <= _STRONGER
+        lost = any(abs(new - old) > TRACKING.other_losses * scale for new, old, scale in pairs)
+        return not lost and abs(drive.gain - series.drive.gain) <= TRACKING.other_gain
 
     def _deviated(self, state: Any, k: int, r: Deviation, a: float) -> Any:
         """Return the state with the deviation of the corrected series after sample k."""
@@ -503,7 +478,7 @@ class TrackedLandingController(LandingController):
         tried, best = state.series_since_target, state.best
         if tried > 0 and state.flights[-1].planned.target == state.target:
             state = replace(state, best=min(best, miss))
-            worse = miss > _IMPROVES * best
+            worse = miss > TRACKING.improvement * best
             if worse and state.farther:
                 reason = "its series bring the arm no nearer to the target"
                 state = replace(state, spent=reason)
@@ -519,14 +494,15 @@ class TrackedLandingController(LandingController):
         Until mass 2 is near the target, the state is returned as it is.
         """
         error, tolerance = state.target - swing.position, self.tolerance
-        if not 0.5 * tolerance < abs(error) <= _NUDGED * state.travel:
+        if not 0.5 * tolerance < abs(error) <= TRACKING.nudged_error * state.travel:
             return None
-        spent = state.nudges >= _NUDGES or state.series_since_target == 0
+        spent = state.nudges >= TRACKING.most_nudges or state.series_since_target == 0
         if spent or miss <= tolerance:
             return None
         when = moment(swing, error, tolerance)
         if when != "now":
-            waits = self.sampling_time * state.window.count <= _PERIODS * 2.0 * self.half_swing
+            waited = self.sampling_time * state.window.count
+            waits = waited <= TRACKING.nudge_wait * 2.0 * self.half_swing
             return state if when == "later" and waits else None
         (coulomb, _), planned = self._friction(state), self._plan_limit(state)
         if planned <= coulomb:
@@ -540,7 +516,7 @@ class TrackedLandingController(LandingController):
             frees=coulomb * state.static_ratio,
         )
         # One that may not free mass 1 is not often tried
-        nudges = state.nudges + (1 if certain else _NUDGES // 2)
+        nudges = state.nudges + (1 if certain else TRACKING.most_nudges // 2)
         state = replace(state, nudges=nudges, nudge=(samples, effort))
         return replace(state, window=state.window.empty())
 
@@ -549,7 +525,7 @@ class TrackedLandingController(LandingController):
 
     def _near(self, state: TrackedState) -> float:
         """Return the distance from which no series leads straight to the target [m or rad]."""
-        return _NEARBY * state.travel
+        return TRACKING.nearby_error * state.travel
 
     def _recorded(self, state: TrackedState, effort: float) -> tuple[TrackedState, float]:
         return replace(state, efforts=state.efforts.after(effort)), effort

@@ -22,20 +22,14 @@ from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 
 from stickslip.compiled import compiled
 from stickslip.control.landing.tracked.drive_fit import DriveFit
+from stickslip.control.landing.tuning import TRACKING
 from stickslip.numerics.held_step import held_step
 from stickslip.planning import LoadLosses, PulseSeries
 from stickslip.plants import FlexibleArm
 
-_SLOW = 0.2  # of the highest speed: below it the weight falls with the square of the speed
 _REGULAR = 1e-10  # of the largest covariance of the reachable states
 _TURNS = 1e-3  # of the planned speed
 _HALVINGS = 6
-_LOOKS = 64  # along a series, for what can be reached
-_LAST = 0.5  # radians of the swing before the end in which what is seen no longer counts
-SEEN = 2.0  # time constants of feedback in which a deviation of mass 2 is taken over
-_EARLY = 0.7  # radians before the end within which the weight falls, so that less is left for then
-_EASY = 0.15  # of the effort limit, that corrects a deviation as large as its standard deviation
-_UNKNOWN, _LEARNED = 0.03, 1e-3  # of the travel, that mass 2 leaves its plan by in half a swing
 
 Deviation = tuple[float, float, float, float]
 Gain = Float[np.ndarray, "2 2"]
@@ -174,7 +168,7 @@ def _taken(
     deviation ``strays`` in half a swing). Without noise a deviation is taken over in two time
     constants of feedback. The second value is the standard deviation of the amplitude by noise.
     """
-    share = 1.0 - exp(-pole * T / SEEN)
+    share = 1.0 - exp(-pole * T / TRACKING.taken_over)
     walk = strays**2 * w * T / pi
     least = walk * (1.0 - share) / share**2
     N = np.diag([noise[0] ** 2, (noise[1] / w) ** 2])
@@ -245,12 +239,12 @@ class CorrectedSeries(PulseSeries):
         d, dry, viscous = losses
         steps = _matrices(w, d / m2, viscous / m2, T)
         speed = 0.5 * np.abs(series.velocity[1:] + series.velocity[:-1])
-        weight = np.minimum(1.0, speed / (_SLOW * float(speed.max()))) ** 2
+        weight = np.minimum(1.0, speed / (TRACKING.slow_speed * float(speed.max()))) ** 2
         rests = np.zeros(n, dtype=np.bool_)
         if series.rest_samples is not None:
             rests[slice(*series.rest_samples)] = True
         weight[rests] = 0.0
-        weight *= np.minimum(1.0, w * T * np.arange(n, 0, -1) / _EARLY) ** 2
+        weight *= np.minimum(1.0, w * T * np.arange(n, 0, -1) / TRACKING.early_angle) ** 2
         v2 = 0.5 * (series.load_velocity[1:] + series.load_velocity[:-1])
         spring = arm.stiffness * (series.position - series.load_position)[1:]
         held = np.abs(series.load_velocity[0]) * m2 * w <= dry
@@ -266,9 +260,10 @@ class CorrectedSeries(PulseSeries):
             "load_position": np.append(series.load_position, place),
             "load_velocity": np.append(series.load_velocity, rest),
         }
-        strays = (_LEARNED if tracking.learned else _UNKNOWN) * float(np.ptp(series.position))
+        share = TRACKING.learned_deviation if tracking.learned else TRACKING.first_deviation
+        strays = share * float(np.ptp(series.position))
         taken, spread = _taken(w, T, pole, strays, tracking.noise)
-        unsure = (spread * arm.mass_1 / (_EASY * limit)) ** 2
+        unsure = (spread * arm.mass_1 / (TRACKING.noise_correction * limit)) ** 2
         maps = _gains(*steps, rests, weight, forced, unsure)
         low = np.minimum(0.0, -limit - series.effort) / arm.mass_1
         high = np.maximum(0.0, limit - series.effort) / arm.mass_1
@@ -303,7 +298,7 @@ class CorrectedSeries(PulseSeries):
 
     def corrects(self, k: int) -> bool:
         """Return whether what is seen in sample k still counts."""
-        return k < self.moving - _LAST / (self.frequency * self.sampling_time)
+        return k < self.moving - TRACKING.last_angle / (self.frequency * self.sampling_time)
 
     def at(self, k: float) -> Deviation:
         """Return the planned state, also between samples."""
@@ -323,7 +318,7 @@ class CorrectedSeries(PulseSeries):
 
         It is looked for now and then; in between it is the ``last`` one.
         """
-        if k >= self.moving or k % max(1, self.moving // _LOOKS) != 0:
+        if k >= self.moving or k % max(1, self.moving // TRACKING.goal_updates) != 0:
             return last
         way = self.direction
         x, v, x2, v2 = _nearest(k, way * self._scaled(r), *self.ahead).tolist()

@@ -7,19 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from stickslip.control.landing.tuning import LANDING, LEARNING
 from stickslip.plants import FlexibleArm
 
 LAGS = 4  # samples of the effort that may act in one
-_LAG_SPREAD = 0.5  # prior standard deviation of the share of each
-_GAINS = (0.7, 1.3)  # of the drive: others are an error of the model
-_FEWEST = 20  # rows of a fit
 _REFITS = 4
 _CLIPS = tuple(np.arange(0.98, 0.49, -0.02).tolist())  # of the limit, where efforts may be clipped
-_CLEARER = 0.25  # squared residuals with clipped efforts over those without
-_NOISY = 2.0  # standard deviations of a momentum: residuals that noise may explain
-_SMALL = 5e-3  # residual over the momentum of the largest effort in a sample
-_MOST_CORRELATED = 0.98
-_EXACT = 1e-6  # residual of a row over the largest effort: more is not taken for certain
+_MOST_CORRELATED = 0.98  # correlation of successive residuals at which their variance is finite
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +39,7 @@ class DriveFit:
     ) -> "DriveFit":
         """Return the prior: no delay, a gain of 1, and friction as known."""
         P = np.zeros((LAGS + 2, LAGS + 2))
-        P[range(LAGS), range(LAGS)] = _LAG_SPREAD**2
+        P[range(LAGS), range(LAGS)] = LEARNING.lag_spread**2
         P[LAGS:, LAGS:] = covariance
         values = np.array([1.0, *[0.0] * (LAGS - 1), coulomb, viscous])
         return cls(information=np.linalg.inv(P), values=values)
@@ -66,7 +60,8 @@ class DriveFit:
     @property
     def gain(self) -> float:
         """Gain of the drive [-]."""
-        return float(np.clip(self.values[:LAGS].sum(), *_GAINS)) if self.rows else 1.0
+        seen = float(self.values[:LAGS].sum()) if self.rows else 1.0
+        return min(max(seen, LEARNING.lowest_gain), LEARNING.highest_gain)
 
     @property
     def friction(self) -> tuple[float, float]:
@@ -99,13 +94,14 @@ class DriveFit:
         those are neither small ones nor noise. Magnitudes already found are not exceeded.
         """
         most = min(limit, self.most)
-        plain, small = self._fitted(series, most), _SMALL * series.sampling_time * limit
-        noise = _NOISY * series.arm.mass_1 * series.velocity_noise
+        plain = self._fitted(series, most)
+        small = LEARNING.clip_residual * series.sampling_time * limit
+        noise = LEARNING.clip_noise * series.arm.mass_1 * series.velocity_noise
         if plain is None or plain.residuals <= plain.rows * max(small, noise) ** 2:
             return most
-        found, smallest = most, _CLEARER * plain.residuals
+        found, smallest = most, LEARNING.clip_evidence * plain.residuals
         for clip in (share * limit for share in _CLIPS):
-            if clip >= most or np.sum(np.abs(series.effort) > clip) < _FEWEST // 2:
+            if clip >= most or np.sum(np.abs(series.effort) > clip) < LEARNING.min_rows // 2:
                 continue
             fitted = self._fitted(series, clip)
             if fitted is not None and fitted.residuals < smallest:
@@ -121,7 +117,7 @@ class DriveFit:
         stretch, rate = x - seen[:, 2], v - seen[:, 3]
         pulled = integrals(stretch, rate, T)
         way = 1.0 if np.nansum(v) > 0.0 else -1.0
-        fast = way * v > 4.0 * noise
+        fast = way * v > LANDING.moving_deviations * noise
         slips = fast[1:] & fast[:-1] & np.isfinite(pulled)
         past = np.concatenate((np.zeros(LAGS - 1), effort))
         lags = [T * past[LAGS - 1 - j : LAGS - 1 - j + n] for j in range(LAGS)]
@@ -129,9 +125,9 @@ class DriveFit:
         # Not a row in which mass 1 breaks away or stops
         values = m1 * np.diff(v) + arm.stiffness * pulled
         rows, values = momenta(rows, values, slips, noisy=noise > 0.0)
-        if len(values) < _FEWEST:
+        if len(values) < LEARNING.min_rows:
             return None
-        least = (_EXACT * T * float(np.abs(effort).max())) ** 2 + (m1 * noise) ** 2
+        least = (LEARNING.exact_residual * T * float(np.abs(effort).max())) ** 2 + (m1 * noise) ** 2
         information, found = regressed(self.information, self.values, rows, values, least)
         if not np.isfinite(found).all():
             return None

@@ -6,17 +6,9 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.landing.tracked.drive_fit import integrals, momenta, regressed
+from stickslip.control.landing.tuning import LANDING, LEARNING
 from stickslip.planning import NO_LOSSES, LoadLosses
 from stickslip.plants import FlexibleArm
-
-_STIFFER = 0.02  # prior standard deviation of the stiffness over that known
-_FARTHEST = 0.4  # of the stiffness known: an estimate farther off is an error of the model
-_DAMPING = 0.1  # of the damping of the spring and of mass 2, over sqrt(ks m2)
-_DRY = 0.2  # of the Coulomb friction of mass 2, over that of mass 1
-_SURE = 3.0  # standard deviations
-_FEWEST = 20  # rows of a fit
-_STICKS = 1e-2  # of the highest speed: slower, dry friction may hold mass 2
-_EXACT = 1e-6  # residual of a row over the largest force of the spring in it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +39,7 @@ class LoadFit:
             among = np.ix_(kept, kept)
             certain = values[kept] / np.sqrt(np.diag(np.linalg.inv(self.information[among])))
             least = 1 + int(np.argmin(certain[1:]))
-            if certain[least] > _SURE:
+            if certain[least] > LEARNING.significance:
                 break
             place = kept.pop(least)
             J, own = self.information, values[place]
@@ -83,20 +75,22 @@ class LoadFit:
         way = np.sign(v2)
         # Not a row in which mass 2 turns or sticks
         speed = np.abs(v2)
-        moves = speed > max(4.0 * velocity_noise, _STICKS * float(speed.max()))
+        sticks = LEARNING.sticking_speed * float(speed.max())
+        moves = speed > max(LANDING.moving_deviations * velocity_noise, sticks)
         used = moves[1:] & moves[:-1] & (way[1:] == way[:-1]) & np.isfinite(force)
         columns = (force, np.diff(stretch), -T * way[1:], -np.diff(x2))
         rows, values = np.column_stack(columns), m2 * np.diff(v2)
         rows, values = momenta(rows, values, used, noisy=velocity_noise > 0.0)
-        if len(values) < _FEWEST:
+        if len(values) < LEARNING.min_rows:
             return self
-        viscous = _DAMPING * np.sqrt(arm.stiffness * m2)
-        spread = np.array([_STIFFER, viscous, _DRY * coulomb_friction, viscous])
+        viscous = LEARNING.damping_spread * np.sqrt(arm.stiffness * m2)
+        dry = LEARNING.dry_spread * coulomb_friction
+        spread = np.array([LEARNING.stiffness_spread, viscous, dry, viscous])
         prior = self.information if self.rows else np.diag(spread**-2.0)
         largest = float(np.abs(force[used]).max())
-        least = (_EXACT * largest) ** 2 + (m2 * velocity_noise) ** 2
+        least = (LEARNING.exact_residual * largest) ** 2 + (m2 * velocity_noise) ** 2
         information, found = regressed(prior, self.values, rows, values, least)
-        if not np.isfinite(found).all() or abs(found[0] - 1.0) > _FARTHEST:
+        if not np.isfinite(found).all() or abs(found[0] - 1.0) > LEARNING.farthest_stiffness:
             return self
         fit = replace(self, information=information, values=found, rows=self.rows + len(values))
         return replace(fit, arm=replace(arm, mass_2=m2 / float(fit.sure[0])))

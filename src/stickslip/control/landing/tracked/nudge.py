@@ -6,11 +6,8 @@ from typing import Literal
 import numpy as np
 
 from stickslip.control.landing.arm_belief import Swing
+from stickslip.control.landing.tuning import TRACKING
 from stickslip.planning import PulseLaw
-
-_OVERSHOOT = 1.7  # errors that it may take mass 1, if its friction is Coulomb friction
-_BESIDE = 0.7  # of the tolerance: mass 2 from the target where it is fired
-_PASSES = 0.1  # of the error of mass 1: likewise, beyond the nearest that it comes
 
 
 def moment(swing: Swing, error: float, tolerance: float) -> Literal["now", "later", "never"]:
@@ -29,8 +26,8 @@ def moment(swing: Swing, error: float, tolerance: float) -> Literal["now", "late
     load = hypot(swing.offset - error, rate)  # mass 2 from the target
     least = abs(swing.amplitude - abs(error))  # once in a period
     leaves = rate * error < 0.0
-    beside, wide = _BESIDE * tolerance, 0.5 * abs(error)
-    close = max(0.5 * beside, least + _PASSES * abs(error))
+    beside, wide = TRACKING.nudge_beside * tolerance, 0.5 * abs(error)
+    close = max(0.5 * beside, least + TRACKING.nudge_passing * abs(error))
     if least > max(beside, wide):
         return "never"
     return "now" if load <= (max(beside, wide) if leaves else close) else "later"
@@ -56,7 +53,7 @@ def nudge(
     """
     planned, largest = limits
     samples = max(1, ceil(float(law.width_for(abs(error), effort=planned)) / sampling_time))
-    ways = abs(error) * np.array([1.0, _OVERSHOOT])
+    ways = abs(error) * np.array([1.0, TRACKING.overshoot])
     needed, most = law.effort_for(ways, width=samples * sampling_time).tolist()
     effort = min(max(needed, min(frees, most)), largest)
     return samples, effort if error > 0.0 else -effort, most >= frees

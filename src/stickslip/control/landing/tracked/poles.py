@@ -2,15 +2,10 @@
 
 from math import exp, hypot, inf, sqrt
 
+from stickslip.control.landing.tuning import TRACKING
 from stickslip.plants import FlexibleArm
 
-_DELAY = 0.5  # double pole times the delay of drive and samples
-_SAMPLES = 1.5  # that an effort takes to show in a sample without a delay of the drive, on average
-_RESONANCES = 12.0  # double pole over the resonance of the free arm at most
-_BY_NOISE = 0.1  # of the effort limit, that noise may take
-_FILTERED = 4.0  # poles of the feedback: that of the filter of a noisy velocity
 _SLOWER = 0.9  # share by which a pole is slowed until noise takes no more
-_DIFFERENCES = 1.2  # position noises in a sample: a velocity as noisy as their differences
 
 
 def feedback_poles(
@@ -41,14 +36,15 @@ def feedback_poles(
     """
     T = sampling_time
     resonance = sqrt(arm.stiffness * (1.0 / arm.mass_1 + 1.0 / arm.mass_2))
-    fastest = _DELAY / ((max(delay, 0.0) + _SAMPLES) * T)
-    pole, most = min(fastest, _RESONANCES * resonance), _BY_NOISE * effort_limit
+    fastest = TRACKING.delay_pole / ((max(delay, 0.0) + TRACKING.sample_delay) * T)
+    pole = min(fastest, TRACKING.most_resonance * resonance)
+    most = TRACKING.noise_effort * effort_limit
     if arm.mass_1 * _by_noise(pole, inf, T, noise) <= most:
         return pole, inf
     pole = min(0.5 * fastest, pole)
-    while arm.mass_1 * _by_noise(pole, _FILTERED * pole, T, noise) > most:
+    while arm.mass_1 * _by_noise(pole, TRACKING.filter_pole * pole, T, noise) > most:
         pole *= _SLOWER
-    return pole, _FILTERED * pole
+    return pole, TRACKING.filter_pole * pole
 
 
 def _by_noise(pole: float, filtering: float, T: float, noise: tuple[float, float]) -> float:
@@ -56,6 +52,6 @@ def _by_noise(pole: float, filtering: float, T: float, noise: tuple[float, float
     of_position, of_velocity = noise
     b = 1.0 - exp(-filtering * T)
     # Differences of positions have noise that the next ones undo
-    differences = of_velocity >= _DIFFERENCES * of_position / T > 0.0
+    differences = of_velocity >= TRACKING.difference_noise * of_position / T > 0.0
     of_velocity *= sqrt((b * b if differences else b) / (2.0 - b))
     return hypot(2.0 * pole * of_velocity, pole**2 * of_position)

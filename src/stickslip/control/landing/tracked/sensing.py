@@ -10,11 +10,9 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.guard_kernels import EARLIEST
+from stickslip.control.landing.tuning import LEARNING
 from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample
-
-_SURE = 3.0  # standard deviations
-_LEAST, _MOST = 0.02, 4.0  # samples
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,8 +58,9 @@ class VelocityLag:
             return 0.0
         lag = self.products / self.squares
         spread = hypot(noise[0] * sqrt(2.0) / sampling_time, noise[1] / sqrt(2.0))
-        certain = max(_SURE * spread / sqrt(self.squares), _LEAST * sampling_time)
-        return min(lag, _MOST * sampling_time) if lag > certain else 0.0
+        certain = LEARNING.significance * spread / sqrt(self.squares)
+        certain = max(certain, LEARNING.least_lag * sampling_time)
+        return min(lag, LEARNING.most_lag * sampling_time) if lag > certain else 0.0
 
 
 def acceleration(arm: FlexibleArm, sample: SensorSample) -> float:
