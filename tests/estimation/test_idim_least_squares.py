@@ -113,3 +113,23 @@ def test_a_cutoff_above_the_nyquist_frequency_is_refused() -> None:
     log = axis_log(time, np.sin(time), np.cos(time))
     with refuses("cutoff_out_of_range", value=60.0):
         IdimLeastSquares(cutoff=60.0).fit(log)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_intervals_allow_for_an_effort_that_is_held(seed: int) -> None:
+    rng = np.random.default_rng([seed, 577])
+    step = 2e-3
+    rates, phases = np.array([4.0, 11.0]), rng.uniform(0.0, 2.0 * np.pi, 2)
+    sizes = np.array([0.1, 0.06])
+    time = np.arange(0.0, 12.0, step)
+    held = np.outer(time + 0.5 * step, rates) + phases  # the middle of a sample
+    velocity, acceleration = np.sin(held) @ sizes, np.cos(held) @ (sizes * rates)
+    truth = {"mass": 3.0, "viscous_friction": 4.0, "coulomb_friction": 1.5}
+    effort = 3.0 * acceleration + 4.0 * velocity + 1.5 * np.sign(velocity)
+    effort += 0.005 * rng.standard_normal(time.size)
+    position = -np.cos(np.outer(time, rates) + phases) @ (sizes / rates)
+    found = IdimLeastSquares(offset=False).fit(axis_log(time, effort, position))
+    for name, value in truth.items():
+        interval = found.parameters[name].ci95
+        assert interval is not None
+        assert interval[0] <= value <= interval[1]

@@ -16,7 +16,9 @@ from scipy.stats import f as f_distribution
 from stickslip import identify, write_csv
 from stickslip.estimation import JointEstimator, SelectedModelEstimator, predict_effort
 from stickslip.estimation.fit.intervals import robust_uncertainty
+from stickslip.estimation.joint.consistency import ConsistencyTuning, compared
 from stickslip.estimation.joint.estimator import difference_text
+from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.significance import Basis, significance
 from stickslip.records import AxisLog, FrictionEstimate, LogDeviation, Status
 
@@ -169,6 +171,76 @@ def test_of_two_logs_the_second_is_compared_with_the_first() -> None:
     assert (first.log, first.parameter) == ("after", "coulomb_friction")
     assert first.relative == pytest.approx(-0.1, abs=0.02)
     assert "less Coulomb friction than before" in found.diagnostics.notes[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("factor", "logs"), [(1e-3, 2), (0.1, 2), (1.0 / 0.454, 3), (1e3, 3)])
+def test_a_log_in_another_unit_of_effort_differs_by_that_factor(factor: float, logs: int) -> None:
+    every = [log_of(name, seed=k) for k, name in enumerate(("one", "two", "three")[:logs], 1)]
+    every[-1] = replace(every[-1], effort=factor * every[-1].effort)
+    found = JointEstimator().fit(every)
+    assert found.status is Status.MODEL_MISMATCH
+    assert found.joint is not None
+    assert not found.joint.consistent
+    own = {each.parameter: each for each in found.joint.deviations if each.log == every[-1].name}
+    if logs == 2:
+        assert set(own) == set(TRUTH)
+    for each in own.values():
+        assert each.relative == pytest.approx(factor - 1.0, rel=0.05)
+        assert each.material
+
+
+def rows_of_trapezoids(values: Float[np.ndarray, "logs 3"], seed: int) -> ModelRows:
+    """Return rows of moves with trapezoidal velocity, weighted by the residual of their log.
+
+    The noise of a log follows its mass, the first of its values.
+    """
+    rng = np.random.default_rng([seed, 159])
+    phase = (np.arange(60) + 0.5) / 60
+    speed = np.clip(5.0 * np.minimum(phase, 1.0 - phase), 0.0, 1.0)
+    ramp = 5.0 * ((phase < 0.2).astype(float) - (phase > 0.8))
+    logs: list[Float[np.ndarray, "n 3"]] = []
+    for _ in values:
+        sizes = np.repeat(rng.uniform(0.2, 1.0, 4) * [1.0, -1.0, 1.0, -1.0], phase.size)
+        velocity = sizes * np.tile(speed, 4)
+        logs.append(np.column_stack([sizes * np.tile(ramp, 4), velocity, np.sign(velocity)]))
+    log = np.repeat(np.arange(len(logs)), [each.shape[0] for each in logs])
+    offsets = (log[:, None] == np.arange(len(logs))).astype(float)
+    columns = np.column_stack([np.vstack(logs), offsets])
+    target = np.concatenate([each @ own for each, own in zip(logs, values, strict=True)])
+    level = 0.01 * values[:, 0]
+    target += level[log] * rng.standard_normal(target.size)
+    for _ in range(2):
+        weight = 1.0 / level[log]
+        fit = np.linalg.lstsq(columns * weight[:, None], target * weight)[0]
+        level = np.sqrt(np.bincount(log, (target - columns @ fit) ** 2) / np.bincount(log))
+    weight = 1.0 / level[log]
+    names = (*TRUTH, *(f"offset[{k}]" for k in range(len(logs))))
+    rows, target = columns * weight[:, None], target * weight
+    return ModelRows(names=names, columns=rows, target=target, log=log)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("differences", [(-0.2, -0.47, 0.91), (0.2, -0.3, 0.2), (9.0, 9.0, 9.0)])
+def test_a_log_of_another_axis_differs_in_all_parameters(
+    differences: tuple[float, float, float], seed: int
+) -> None:
+    own = np.array(list(TRUTH.values()))
+    rows = rows_of_trapezoids(np.array([own, own, own * (1.0 + np.array(differences))]), seed)
+    found = compared(rows, ("0", "1", "2"), tuple(TRUTH), ConsistencyTuning())
+    assert {(each.log, each.parameter) for each in found.deviations} == {("2", n) for n in TRUTH}
+    relative = {each.parameter: each.relative for each in found.deviations}
+    assert relative == pytest.approx(dict(zip(TRUTH, differences, strict=True)), abs=0.02)
+
+
+@pytest.mark.parametrize("factor", [1e-5, 1e-3, 1e3, 1e5])
+def test_differences_of_two_logs_are_found_whatever_their_weights(factor: float) -> None:
+    own = np.array(list(TRUTH.values()))
+    rows = rows_of_trapezoids(np.array([own, factor * own]), 1)
+    found = compared(rows, ("0", "1"), tuple(TRUTH), ConsistencyTuning())
+    assert {each.parameter for each in found.deviations} == set(TRUTH)
+    for each in found.deviations:
+        assert each.relative == pytest.approx(factor - 1.0, rel=0.05)
 
 
 @pytest.mark.parametrize("mass", [None, 3.0])

@@ -11,7 +11,9 @@ from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import smallest_ratio
 from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.significance import Basis, Partial, significance
-from stickslip.records import LogDeviation
+from stickslip.records import LogDeviation, quantity_name
+
+_OF_EVERY_AXIS = ("mass", "inertia", "viscous_friction", "coulomb_friction")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,9 +71,12 @@ def compared(
     """Compare the common parameters of the named logs.
 
     Each difference is a column: that of the parameter in the rows of one log, zero in the others.
-    It is tested as a term of the model is, robust to correlated residuals, and its p-value is
-    multiplied by the number of differences (Bonferroni). The clearest difference joins the model
-    before the search continues. Of two logs, the second is compared with the first.
+    It is tested as a term of the model is, robust to correlated residuals. A log of another axis
+    differs in inertia and all friction, and each difference alone leaves the residual of the
+    others. Those differences are therefore also tested beside each other. A p-value is multiplied
+    by the number of tests (Bonferroni). The clearest difference joins the model before the search
+    continues; if none is clear alone, those of one log that are clear beside each other. Of two
+    logs, the second is compared with the first.
     """
     if rows.log is None or not common:
         none = np.zeros((0, len(rows.names)))
@@ -81,42 +86,98 @@ def compared(
     found: list[tuple[_Trial, float]] = []  # with p-values over all differences tried
     while pairs:
         basis = Basis.of(columns, rows.target, rows.log)
-        trials = [_tried(rows, basis, columns, *pair, tuning) for pair in pairs]
-        trials = [trial for trial in trials if trial is not None]
-        if overall is None and trials:
-            overall = min(len(trials) * min(trial.p_value for trial in trials), 1.0)
-        clear = [each for each in trials if each.p_value * len(trials) < tuning.error_rate]
+        alone = [_tried(rows, basis, columns, *pair, tuning) for pair in pairs]
+        alone = [trial for trial in alone if trial is not None]
+        beside = _tried_beside(rows, columns, pairs, tuning)
+        tests = len(alone) + len(beside)
+        if overall is None and tests:
+            overall = min(tests * min(trial.p_value for trial in (*alone, *beside)), 1.0)
+        clear = [trial for trial in alone if trial.p_value * tests < tuning.error_rate]
+        clear = sorted(clear, key=lambda trial: -trial.explained)[:1]
+        if not clear:
+            clear = [trial for trial in beside if trial.p_value * tests < tuning.error_rate]
+            first = max(clear, key=lambda trial: trial.explained, default=None)
+            clear = [trial for trial in clear if first is not None and trial.log == first.log]
         if not clear:
             break
-        best = max(clear, key=lambda trial: trial.explained)
-        found.append((best, min(best.p_value * len(trials), 1.0)))
-        columns = np.column_stack([columns, _column(rows, best.log, best.parameter)])
-        pairs.remove((best.log, best.parameter))
+        for trial in clear:
+            found.append((trial, min(trial.p_value * tests, 1.0)))
+            columns = np.column_stack([columns, _lighter(rows, trial.log, trial.parameter)])
+            pairs.remove((trial.log, trial.parameter))
     p = len(rows.names)
-    values = least_squares(columns, rows.target)
+    every = [trial for trial, _ in found]
+    values, differences = _solution(rows, every)
     deviations: list[LogDeviation] = []
     shifts: list[Float[np.ndarray, " p"]] = []
     # Each difference beside all the others: the first ones changed as more were found
-    for place, (trial, p_value) in enumerate(found, p):
-        others = np.delete(columns, place, axis=1)
+    for place, (trial, p_value) in enumerate(found):
+        others = np.delete(columns, p + place, axis=1)
         basis = Basis.of(others, rows.target, rows.log)
-        partial = basis.partial(columns[:, place : place + 1]) or trial.partial
+        partial = basis.partial(columns[:, p + place : p + place + 1]) or trial.partial
         final = replace(trial, partial=partial, p_value=p_value)
-        deviations.append(_deviation(rows, others, basis, final, logs, tuning))
-        shift = values[:p] - least_squares(others, rows.target)[:p]
-        shift[trial.parameter] = partial.values[0]
+        value, difference = float(values[trial.parameter]), float(differences[place])
+        deviations.append(_deviation(rows, basis, final, (value, difference), logs, tuning))
+        shift = values - _solution(rows, every[:place] + every[place + 1 :])[0]
+        shift[trial.parameter] = difference
         shifts.append(shift)
-    explained = columns[:, p:] @ values[p:]
+    explained = np.zeros(rows.target.size)
+    for trial, difference in zip(every, differences, strict=True):
+        explained += difference * _column(rows, trial.log, trial.parameter)
     return Consistency(
         p_value=overall,
         deviations=tuple(deviations),
-        shifts=np.array(shifts).reshape(-1, len(rows.names)),
+        shifts=np.array(shifts).reshape(-1, p),
         rows=replace(rows, target=rows.target - explained),
     )
 
 
+def _solution(
+    rows: ModelRows, trials: Sequence[_Trial]
+) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " k"]]:
+    """Return the common parameters beside differences, and the differences [SI].
+
+    A log with its own value has no part in the column of the common one: the columns stay apart,
+    whatever the weights of the logs are.
+    """
+    columns, own = rows.columns.copy(), [_column(rows, t.log, t.parameter) for t in trials]
+    for trial, column in zip(trials, own, strict=True):
+        columns[:, trial.parameter] -= column
+    values = least_squares(np.column_stack([columns, *own]), rows.target)
+    common = values[: len(rows.names)]
+    return common, values[len(rows.names) :] - common[[t.parameter for t in trials]]
+
+
 def _column(rows: ModelRows, log: int, parameter: int) -> Float[np.ndarray, " n"]:
     return np.where(rows.log == log, rows.columns[:, parameter], 0.0)
+
+
+def _lighter(rows: ModelRows, log: int, parameter: int) -> Float[np.ndarray, " n"]:
+    """Return the column of a difference, or less that of the other logs if it is smaller.
+
+    Beside the parameter's own column they have the same coefficient. The larger one would be
+    nearly the same as that column if the log has a far higher weight than the others.
+    """
+    own = _column(rows, log, parameter)
+    others = rows.columns[:, parameter] - own
+    return own if np.linalg.norm(own) <= np.linalg.norm(others) else -others
+
+
+def _tried_beside(
+    rows: ModelRows,
+    columns: Float[np.ndarray, "n q"],
+    pairs: Sequence[tuple[int, int]],
+    tuning: ConsistencyTuning,
+) -> list[_Trial]:
+    """Return the differences of inertia and friction, each beside the others of its log."""
+    found: list[_Trial | None] = []
+    for log in dict.fromkeys(log for log, _ in pairs):
+        own = [p for k, p in pairs if k == log and quantity_name(rows.names[p]) in _OF_EVERY_AXIS]
+        for one in own if len(own) > 1 else ():
+            others = [_lighter(rows, log, other) for other in own if other != one]
+            wider = np.column_stack([columns, *others])
+            basis = Basis.of(wider, rows.target, rows.log)
+            found.append(_tried(rows, basis, wider, log, one, tuning))
+    return [trial for trial in found if trial is not None]
 
 
 def _tried(
@@ -128,7 +189,7 @@ def _tried(
     tuning: ConsistencyTuning,
 ) -> _Trial | None:
     """Return the difference of a parameter in a log; None if the rows do not determine it."""
-    column = _column(rows, log, parameter)[:, None]
+    column = _lighter(rows, log, parameter)[:, None]
     if smallest_ratio(np.column_stack([columns, column])) < tuning.smallest_ratio:
         return None
     partial = basis.partial(column)
@@ -140,23 +201,25 @@ def _tried(
 
 def _deviation(
     rows: ModelRows,
-    columns: Float[np.ndarray, "n q"],
     basis: Basis,
     trial: _Trial,
+    values: tuple[float, float],
     logs: Sequence[str],
     tuning: ConsistencyTuning,
 ) -> LogDeviation:
-    """Return a difference in the parameter's unit, over the value of the other logs."""
-    difference = float(trial.partial.values[0])
+    """Return a difference in the parameter's unit, over the value of the other logs.
+
+    ``values`` are that value and the difference [SI]; the basis has all other columns.
+    """
+    value, difference = values
     vectors = np.column_stack([basis.vectors, trial.partial.vectors])
     residual = basis.residual - trial.partial.vectors @ trial.partial.coordinates
     found = robust_uncertainty(vectors, np.eye(vectors.shape[1])[-1:], residual, log=rows.log)
-    ratio = abs(difference / float(trial.partial.coordinates[0]))  # from coordinates to values
-    column = _column(rows, trial.log, trial.parameter)
-    joined = np.column_stack([columns, column])
-    value = float(least_squares(joined, rows.target)[trial.parameter])
+    # From coordinates to values
+    ratio = abs(float(trial.partial.values[0]) / float(trial.partial.coordinates[0]))
     relative = difference / (value or float(np.finfo(float).tiny))
     own = rows.log == trial.log
+    column = _column(rows, trial.log, trial.parameter)
     effect = float(np.linalg.norm(column[own])) * abs(difference)
     share = effect / max(float(np.linalg.norm(rows.target[own])), np.finfo(float).tiny)
     return LogDeviation(

@@ -572,8 +572,9 @@ def difference_text(deviation: LogDeviation, logs: Sequence[str], unit: str) -> 
     else:  # of zero or of the other sign
         value = deviation.difference / deviation.relative
         unit = unit_text(unit)
+        article = "an" if what.startswith(("a", "e", "i", "o")) else "a"
         sentence = (
-            f"{deviation.log} shows a {what} of {value + deviation.difference:.2g} {unit}, "
+            f"{deviation.log} shows {article} {what} of {value + deviation.difference:.2g} {unit}, "
             f"{others} {value:.2g} {unit}"
         )
     sentence += f" (p = {deviation.p_value:.1g})"

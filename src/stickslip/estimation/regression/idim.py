@@ -27,7 +27,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.fit.fitted import LeastSquaresEstimator
-from stickslip.estimation.fit.rows import Regression, summarise_motion
+from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, long_stretches
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given
@@ -148,19 +148,22 @@ class IdimLeastSquares(LeastSquaresEstimator):
         largest = max(float(np.max(np.abs(v))) for v in velocities)
         slow = slow_speed(largest, speed_noise)
 
+        acting = _with_acting_effort(log).effort - log.effort
         times: list[Float[np.ndarray, " n"]] = []
         blocks: list[Float[np.ndarray, "n p"]] = []
         dropped = 0
         for part, v in zip(parts, velocities, strict=True):
             friction = self.terms.force_columns(v, np.sign(v))
-            rows = np.column_stack([part.effort, central_difference(v, T), friction])[skipped:]
+            held = np.interp(part.time, log.time, acting)
+            every = [part.effort, central_difference(v, T), friction, held]
+            rows = np.column_stack(every)[skipped:]
             start = decimated_start(rows.shape[0], factor)
             moving = ~rests(v, slow, round(REST_PERIODS * period))[skipped:][start::factor]
             times.append(part.time[skipped:][start::factor][moving])
             blocks.append(decimate(rows, factor)[moving])
             dropped += int(np.count_nonzero(~moving))
         rows = np.concatenate(blocks)
-        target, regressors = rows[:, 0], rows[:, 1:]
+        target, regressors, change = rows[:, 0], rows[:, 1:-1], rows[:, -1]
         names = (mass_name(log.kind), *self.terms.names)
         noise = np.zeros(len(names))
         noise[0] = position_noise * low_pass.noise_gain(T, derivatives=2, decimation=factor)
@@ -188,6 +191,8 @@ class IdimLeastSquares(LeastSquaresEstimator):
             samples=len(log),
             notes=(*notes, *log.notes),
             biased=log.clipped,
+            # An effort that is held acts half a sample later than one that was measured
+            shifts=least_squares(regressors, change)[None],
         )
 
 
@@ -274,6 +279,7 @@ class IdimInstrumentalVariables(LeastSquaresEstimator):
             regressors=projected,
             regressor_noise=np.zeros(len(rows.names)),
             notes=(*rows.notes, *notes),
+            shifts=None,
         )
 
     def _simulated(self, log: AxisLog, values: Mapping[str, float]) -> AxisLog:

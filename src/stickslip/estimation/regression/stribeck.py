@@ -238,12 +238,17 @@ def _linearised(regression: Regression, around: Float[np.ndarray, " 3"]) -> Regr
         rise = _column(regression, f"step_2{side}") - _column(regression, f"step_0{side}")
         step = values[f"static_friction{side}"] - values[f"coulomb_friction{side}"]
         slope += step * rise / (around[2] - around[0])
+    regressors, shifts = np.column_stack([*columns, slope]), regression.shifts
+    if shifts is not None:  # the same forces, in the new parameters
+        forces = shifts @ regression.regressors.T
+        shifts = np.array([least_squares(regressors, force) for force in forces])
     return replace(
         regression,
         target=regression.target + slope * around[1],
         names=(*names, "stribeck_velocity"),
-        regressors=np.column_stack([*columns, slope]),
+        regressors=regressors,
         regressor_noise=np.array([*noise, 0.0]),
+        shifts=shifts,
     )
 
 
@@ -279,4 +284,5 @@ def _without_step(plain: Regression, note: str) -> Regression:
         regressors=np.pad(plain.regressors, ((0, 0), (0, len(names)))),
         regressor_noise=np.pad(plain.regressor_noise, (0, len(names))),
         notes=(*plain.notes, note),
+        shifts=None if plain.shifts is None else np.pad(plain.shifts, ((0, 0), (0, len(names)))),
     )

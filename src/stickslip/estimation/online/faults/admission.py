@@ -11,6 +11,12 @@ A sample passes through here before an estimator sees it.
   was homed again, an angle that wraps). The estimator then starts its motion again. As long as the
   inertia is unknown, it is an acceleration larger than those before: the tolerance is learned anew,
   and nothing is counted.
+- A first error beyond that acceleration is not used, and the second one is compared with it. If the
+  second position confirms the first one and not those before, these were wrong (a glitch in the
+  first sample), and the motion starts again.
+- Positions that agree with each other and the velocity, but not with those before, are an offset
+  (samples that were not delivered): the motion starts again as soon as the tolerance, which grows
+  with the time since the last accepted position, allows for it.
 - A known delay of the effort is removed. For a delay of n + f samples the effort in the interval
   that begins with sample k is (1 - f) u(k-n) + f u(k-n-1). With a negative delay (an effort that
   acts before it is logged) the motion is delayed instead.
@@ -38,6 +44,12 @@ LONGEST_DELAY = 30
 _FACTOR = 8.0  # tolerance over the 90 % quantile of prediction errors: 13 standard deviations
 _FACTOR_WARM_UP = 64.0  # the same while the quantile is estimated from few errors
 _WARM_UP = 16  # errors
+_AGREES = 4.0
+"""Contradiction over the change since the sample before, from which the two samples agree with each
+other and contradict those before: an offset. Of an acceleration it is below 4 for 7 samples."""
+_MOST_RESTARTS = 3
+"""Glitches before the first learned error that are forgotten. A coarse encoder at low speed looks
+alike: its counts are such offsets."""
 _RECENT = 2.0  # tolerance over the largest recent error
 _FADING = 1.0 / 4096.0  # relative decay of that largest error in a sample
 _RATE = 0.01  # step of the quantile's estimate (relative, downwards; 9 times that upwards)
@@ -57,6 +69,7 @@ _ERRORS = np.dtype(
         ("largest", "f8"),  # recently
         ("count", "i8"),
         ("run", "i8"),  # rejected values in a row
+        ("restarts", "i8"),  # glitches before the first error was learned
     ]
 )
 _MASS = np.dtype(
@@ -68,6 +81,7 @@ _MASS = np.dtype(
         ("gap", "i8"),  # samples since then
         ("velocity", "f8"),
         ("latest", "f8"),  # position of the latest sample, accepted or not
+        ("latest_velocity", "f8"),  # likewise
         ("position_errors", _ERRORS),
         ("velocity_errors", _ERRORS),
     ]
@@ -160,14 +174,14 @@ def learn_inertia(s: Any, inertia: float, variance: float) -> None:
 
 
 @compiled(inline=True)
-def _tolerance(s: Any, errors: Any) -> float:
+def _tolerance(errors: Any) -> float:
     """Return how large a prediction error may be: max(8 q_90, 2 largest).
 
-    The first error of all is accepted. With an unknown inertia it is rejected until it lasts, as
-    nothing else shows a glitch in the rest before the first motion.
+    Before the first error is learned, it is that error if there was one: nothing else shows a
+    glitch in the rest before the first motion.
     """
     if errors.count == 0:
-        return IMPOSSIBLE if s.mobility > 0.0 else _FACTOR_WARM_UP * errors.quantile
+        return _FACTOR_WARM_UP * errors.quantile
     factor = _FACTOR if errors.count >= _WARM_UP else _FACTOR_WARM_UP
     return max(factor * errors.quantile, _RECENT * errors.largest)
 
@@ -207,6 +221,26 @@ def _learn_error(errors: Any, error: float) -> None:
 
 
 @compiled(inline=True)
+def _forget_glitch(errors: Any) -> None:
+    """Forget the first error, of which the second one has shown that it was a glitch."""
+    if errors.restarts < _MOST_RESTARTS:
+        errors.restarts += 1
+        errors.quantile = 0.0
+
+
+@compiled(inline=True)
+def _is_glitch_before(errors: Any, error: float, change: float) -> bool:
+    """Return whether a second error shows that the first value contradicts all others.
+
+    This is before an error was learned. ``change`` is that since the sample before.
+    """
+    glitch = errors.count == 0 and errors.run == 1 and _AGREES * change < error
+    if glitch:
+        _forget_glitch(errors)
+    return glitch
+
+
+@compiled(inline=True)
 def continued(mass: Any) -> tuple[float, float]:
     """Return predicted position and last velocity of a mass, in place of missing ones."""
     return mass.predicted, mass.velocity
@@ -232,7 +266,7 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
             s.start = x
         m.known = 1
         m.predicted = m.accepted = m.latest = x
-        m.velocity = v if measured else 0.0
+        m.velocity = m.latest_velocity = v if measured else 0.0
         m.gap = cx.run = cv.run = 0
         return x, v if measured else np.nan, False
     stepped = False
@@ -241,13 +275,19 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
     before = m.velocity
     if measured:
         if has_v:
+            latest_velocity = v
             error = abs(v - before)
-            if error <= _tolerance(s, cv) + change * (1.0 + cv.run):
+            if _is_glitch_before(cv, error, abs(v - m.latest_velocity)):
+                m.velocity = v
+                cv.run = 0
+            elif error <= _tolerance(cv) + change * (1.0 + cv.run):
                 _learn_error(cv, error)
                 m.velocity = v
                 cv.run = 0
             else:
                 cv.run += 1
+                if cv.count == 0 and cv.run == 1 and s.mobility > 0.0:
+                    cv.quantile = error  # a first error, to compare the second one with
                 has_v = cv.run > LASTING
                 if has_v:
                     if _learn_step(s, cv, error / cv.run):
@@ -257,6 +297,7 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
                     stepped = True
                 else:
                     s.velocity_glitches += 1 if cv.count > 0 else 0
+            m.latest_velocity = latest_velocity
         else:
             cv.run = min(cv.run + 1, LASTING)
         m.predicted += 0.5 * T * (before + m.velocity)
@@ -267,12 +308,18 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
     if has_x:
         latest = x
         error = abs(x - m.predicted)
-        allowed = _tolerance(s, cx)
+        allowed = _tolerance(cx)
         if measured:
             allowed += T * change * (0.5 + cv.run)
         else:
             allowed = gap * (allowed + T * change * 0.5 * (gap + 1.0))
-        if error > allowed and not stepped:
+        change = abs(x - m.latest - T * before)
+        offset = not measured and cx.run > 0 and _AGREES * change < error
+        if _is_glitch_before(cx, error, abs(x - m.latest)):
+            stepped = True
+            if m.is_driven and s.moved == 0:
+                s.start = x
+        elif error > allowed and not stepped:
             cx.run += 1
             if cx.count == 0 and cx.run == 1:
                 cx.quantile = error  # a first error, to compare the second one with
@@ -285,6 +332,11 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
                 stepped = True
         elif gap == 1 and not stepped:
             _learn_error(cx, error)
+        elif offset and cx.count > 0 and error > _tolerance(cx):
+            s.motion_steps += 1
+            stepped = True
+        elif cx.count == 0 and cx.run == 1 and _AGREES * error < cx.quantile:
+            _forget_glitch(cx)
         if has_x:
             if not measured:
                 travel = (x - m.latest) * gap if stepped else x - m.accepted
