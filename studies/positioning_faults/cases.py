@@ -176,6 +176,12 @@ AXIS_CASES = (
         ),
     ),
     Case(
+        name="presliding of 5 µm, load of 80 %",
+        plant=lambda p, _: p._replace(
+            presliding=5e-6, presliding_damping=0.3, offset=0.8 * p.coulomb_positive
+        ),
+    ),
+    Case(
         name="presliding of 5 µm",
         plant=lambda p, _: p._replace(presliding=5e-6, presliding_damping=0.3),
     ),

@@ -273,11 +273,8 @@ def test_a_pulse_that_moved_nothing_or_backwards_teaches_nothing_of_the_law(disp
     assert record.achieved_displacement == displacement
     for before, after in zip(moments(CONTROLLER.init()), moments(state), strict=True):
         assert np.array_equal(before, after)
-    static = CONTROLLER.estimates(state)["static_friction_positive"]
-    if displacement == 0.0:  # but of the breakaway it does
-        assert static > record.levels[0][0]
-    else:
-        assert static == 80.0
+    # But of the breakaway it does: it has not freed the axis in its direction
+    assert CONTROLLER.estimates(state)["static_friction_positive"] > record.levels[0][0]
 
 
 def test_a_sudden_change_of_friction_is_followed():

@@ -7,7 +7,9 @@ which the effort stays within its limit, and the effort. As long as the friction
 the pulse falls short on purpose, as it is cheaper to go on than to come back.
 
 The error is so small that this effort might not free the mass (Eq. 24): the pulse then takes it
-beyond the target, by as much as a pulse back certainly can.
+beyond the target, by as much as a pulse back certainly can. If that is many times the error, as
+against a load with which a pulse back goes far, the weaker effort is tried, or the shortest pulse
+that certainly frees the mass.
 
 No pulse improves: the spread of a pulse back, from what friction changes from pulse to pulse and
 from the sensors' noise, is several times what would help, or the last pulses have not halved the
@@ -53,6 +55,7 @@ _LONGEST_REST = 10.0  # windows
 _HOPELESS = 4.0  # standard deviations over what would do: fewer than one try in five succeeds
 _NEAR = 3.0  # times the best error so far
 _DETOURS = 4  # most samples of a pulse back that is looked for
+_DETOUR = 20.0  # times the error: rather than farther beyond the target, a weaker pulse is tried
 _SEEN = 4.0  # times the least displacement that the sensors distinguish from none
 _ROOM = 1.2  # what a step back may fall short by and still be large enough
 
@@ -141,19 +144,20 @@ def _freeing_pulse(own: Any, side: int, d: float) -> tuple[float, float]:
 
 
 @compiled()
-def _overshoot(own: Any, side: int, error: float) -> tuple[float, float, float]:
+def _overshoot(own: Any, side: int, error: float) -> tuple[float, float, float, float]:
     """Return a pulse beyond the target, from where a pulse back can reach it.
 
     Where breakaway and effort limit are near each other, the displacements that n samples can cause
     leave gaps to those of n + 1: the least n for the pulse back is taken with which the first pulse
-    leads to none. Returns effort, whole samples, and the standard deviation of the final error.
+    leads to none. Returns effort, whole samples, the standard deviation of the final error, and how
+    far beyond the target the pulse leads.
     """
     back = 1 - side
     m, F, c = law_of(own, side)
     m_back, F_back, c_back = law_of(own, back)
     f_there, f_back = _freeing_effort(own, side), _freeing_effort(own, back)
     least_n = min(own.more + 1.0, own.longest)
-    f, n, spread = f_there, least_n, 0.0
+    f, n, spread, step = f_there, least_n, 0.0, 0.0
     for n_back in range(_DETOURS):
         if f_back <= F_back or f_there <= F:  # not known yet: try
             break
@@ -166,7 +170,7 @@ def _overshoot(own: Any, side: int, error: float) -> tuple[float, float, float]:
         spread = _spread(own, back, f_back, t, True) * step
         if least <= step <= most:
             break
-    return f, n, math.sqrt(spread * spread + 2.0 * own.rest_noise**2)
+    return f, n, math.sqrt(spread * spread + 2.0 * own.rest_noise**2), step
 
 
 @compiled()
@@ -250,7 +254,11 @@ def plan(s: Any, own: Any) -> None:
         give_up(s, own, HELD_FAST)
         return
     if not direct:
-        f, n, spread = _overshoot(own, side, error)
+        f_there, n_there, spread, step = _overshoot(own, side, error)
+        if step <= _DETOUR * error:
+            f, n = f_there, n_there
+        elif f <= own.held[side]:  # does not free the axis
+            f, n = _freeing_effort(own, side), min(own.more + 1.0, own.longest)
         if spread > _HOPELESS * max(s.tolerance, 0.5 * error):
             give_up(s, own, NO_BETTER)
             return

@@ -17,7 +17,8 @@ From pulse to pulse the friction of both directions, Coulomb and viscous, walks 
 is learned from how far the estimates of the Coulomb friction had to move.
 
 The breakaway is learned apart, as an interval for each direction: an effort that freed the mass is
-at least as strong, one that did not is weaker. As long as none has failed, the breakaway is taken
+at least as strong, one that did not is weaker. A mass that rests behind its start was not freed by
+the pulse: a load or bristles have moved it. As long as none has failed, the breakaway is taken
 to be at most twice the Coulomb friction: to try in vain costs a sample, never to try costs detours.
 """
 
@@ -52,7 +53,7 @@ _HEAVIER, _STICKIER = 1.5, 10.0  # factors of mass and friction from those that 
 _LEAST_SHARE, _LARGEST_SHARE = 0.5, 8.0  # of a predicted displacement that is achieved
 _SHARED = 0.7  # part of a deviation that a share takes over
 _MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
-_NEAR_LONGER = 10.0  # of the next pulse's width where the law does not hold but gives the direction
+_NEAR_LONGER = 4.0  # of the next pulse's width where the law does not hold but gives the direction
 _EXPLAINED = 0.5  # of that mean square is left, or less, where it is right to widen the prior
 _FARTHEST = 5.0  # standard deviations that a short pulse may move what moves have taught
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
@@ -320,7 +321,7 @@ def learn(s: Any, own: Any) -> None:
     """Learn from the last pulse."""
     side, f, _ = last_pulse(s, own)
     strength = abs(f)
-    if not s.last.moved:
+    if not s.last.moved or s.last.achieved * f < 0.0:  # at most another force has moved the axis
         if strength >= _STRONG * own.limit and own.more + 1.0 < WIDEST:
             own.more = (
                 2.0 * own.more + 1.0
@@ -336,8 +337,6 @@ def learn(s: Any, own: Any) -> None:
             growth = _AGAIN
         next_try = min(0.5 * (strength + own.moved_at[side]), strength * growth)
         own.breakaway[side] = max(own.breakaway[side], next_try)
-        return
-    if s.last.achieved * f < 0.0:  # another force has moved the axis
         return
     _fit(s, own)
     own.moved_at[side] = min(own.moved_at[side], strength)
