@@ -51,7 +51,8 @@ def identify(
         Definitions of single columns, which take precedence over the schema.
     estimator
         Name in `stickslip.estimation.ESTIMATORS`, or an estimator, which has its own settings: none
-        can be given beside it.
+        can be given beside it. An estimate by name that the default estimator contradicts is a
+        ``model_mismatch``.
     inertia, mass
         Moving inertia or mass, whichever name, of the first body of a flexible arm [kg or kg m^2];
         None estimates it.
@@ -185,7 +186,12 @@ def identified(
         return _jointly(logs, chosen, delays or {}, truth)
     from stickslip.estimation import examine
 
-    return examine(logs[0], chosen, truth=truth)
+    found = examine(logs[0], chosen, truth=truth)
+    if not isinstance(estimator, str) or task.flexible or chosen.name == "auto":
+        return found
+    from stickslip.tasks.second_opinion import checked
+
+    return checked(found, task)
 
 
 def _with_load(
