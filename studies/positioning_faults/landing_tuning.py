@@ -1,7 +1,7 @@
 """Vary the tuning of landings: ``python -m studies.positioning_faults.landing_tuning``.
 
-Each constant is halved and doubled, all others as they are. Prints a table of each method. The
-constants named in the second column of the command line replace the default ones.
+Each constant is halved and doubled, all others as they are. Prints a table of each method.
+Constants named as arguments replace the default ones.
 """
 
 import argparse
@@ -62,7 +62,7 @@ Variant = tuple[str, float]
 
 
 def runs(method: str, count: int) -> Runs:
-    """Draw the axes of a method, so many of each case, of arms half with known friction."""
+    """Draw axes for a method, ``count`` for each case; friction is known for half of the arms."""
     names = AXIS_FAULTS if method == "mass" else ARM_FAULTS
     cases = {case.name: case for case in (*ARM_CASES, *AXIS_CASES) if case.name in names}
     chosen = [cases[name] for name in names for _ in range(count)]
@@ -88,14 +88,17 @@ def varied_value(value: Any, factor: float) -> Any:
 
 @contextmanager
 def changed(constant: str, factor: float) -> Iterator[None]:
-    """Change a constant for a while, in this process; its record is frozen for all others."""
-    record, name = constant.split(".")
-    value = getattr(RECORDS[record], name)
-    object.__setattr__(RECORDS[record], name, varied_value(value, factor))
+    """Multiply a constant by a factor within a ``with`` block, in this process.
+
+    Every module of the controllers holds the one record, which is frozen against any other change.
+    """
+    record, name = _place(constant)
+    value = getattr(record, name)
+    object.__setattr__(record, name, varied_value(value, factor))
     try:
         yield
     finally:
-        object.__setattr__(RECORDS[record], name, value)
+        object.__setattr__(record, name, value)
 
 
 def outcomes(method: str, count: int, variant: Variant) -> list[Outcome]:
@@ -105,7 +108,7 @@ def outcomes(method: str, count: int, variant: Variant) -> list[Outcome]:
 
 
 def cell(found: Sequence[Outcome], plain: Sequence[Outcome]) -> str:
-    """Return how many have landed, and the mean of their times over those of the plain ones."""
+    """Return how many landed, and the mean of their settling times relative to the plain ones."""
     times = np.array([each.settling for each in found])
     ratios = times / np.array([each.settling for each in plain])
     landed = np.sum(~np.isnan(times).any(axis=1))
@@ -118,24 +121,23 @@ def study(method: str, constants: Sequence[str], count: int, workers: int) -> st
     """Return the table of a method."""
     variants = [(constants[0], 1.0)]
     variants += [(constant, factor) for constant in constants for factor in FACTORS]
-    progress, found, rows = Console(stderr=True), list[list[Outcome]](), list[list[str]]()
+    progress, rows = Console(stderr=True), list[list[str]]()
     with ProcessPoolExecutor(workers) as pool:
-        work = pool.map(outcomes, [method] * len(variants), [count] * len(variants), variants)
-        for each in track(work, total=len(variants), console=progress, transient=True):
-            found.append(each)
-            if len(found) > 1 and len(found) % len(FACTORS) == 1:
-                constant = variants[len(found) - 1][0]
-                cells = [cell(found[k], found[0]) for k in (-2, -1)]
-                rows.append([constant, str(_value(constant)), *cells])
-                progress.print(" | ".join(rows[-1]), markup=False, soft_wrap=True)
-    plain = found[0]
+        found = pool.map(outcomes, [method] * len(variants), [count] * len(variants), variants)
+        plain = next(found)
+        pairs = zip(constants, found, found, strict=True)
+        for constant, *pair in track(pairs, total=len(constants), console=progress, transient=True):
+            cells = [cell(each, plain) for each in pair]
+            rows.append([constant, str(getattr(*_place(constant))), *cells])
+            progress.print(" | ".join(rows[-1]), markup=False, soft_wrap=True)
     title = f"of {len(plain)} axes, {cell(plain, plain).split(', ', maxsplit=1)[0]} landed"
     return table([f"constant ({method}; {title})", "value", "half", "twice"], rows)
 
 
-def _value(constant: str) -> Any:
+def _place(constant: str) -> tuple[Any, str]:
+    """Return record and field of a constant."""
     record, name = constant.split(".")
-    return getattr(RECORDS[record], name)
+    return RECORDS[record], name
 
 
 def main() -> None:

@@ -99,8 +99,14 @@ def test_a_unit_of_another_dimension_is_named_with_the_right_one(channel, unit, 
 
 @pytest.mark.parametrize(("channel", "unit"), [("position", "cnt"), ("velocity", "inc/s")])
 def test_encoder_counts_are_refused_with_a_unit_that_states_them(channel, unit):
-    with refuses("encoder_counts", name=channel, unit=unit):
+    with refuses("encoder_counts", name=channel, unit=unit) as caught:
         kind_of_unit(channel, unit)
+    assert kind_of_unit(channel, caught.value.quantities["example"]) == "rotary"
+
+
+def test_an_effort_in_counts_is_no_encoder():
+    with refuses("other_quantity", name="effort", unit="counts"):
+        kind_of_unit("effort", "counts")
 
 
 def test_an_effort_may_be_a_current_or_a_percentage():

@@ -212,7 +212,7 @@ def _all_axes(
 ) -> int:
     """Identify every axis of a log, print and write the results, and return the exit code.
 
-    ``other`` are name and axes of a log for the validation.
+    ``other`` is the name of a log for the validation, and its axes.
     """
     with axis_progress(list(axes)) as progress:
         from stickslip.tasks.axes import axes_validated, identify_axes

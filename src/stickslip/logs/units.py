@@ -14,6 +14,9 @@ _PLAUSIBLE = re.compile(r"(?:(?:[^\W\d_]++|\))(?:(?:\^|\*\*)-?[1-9](?!\d))?|1(?=
 _PARSER_FAULTS = (ValueError, TypeError, AttributeError, AssertionError, tokenize.TokenError)
 """What the unit library's parser raises, beside its own errors, on text that is no unit."""
 
+_SIZES_OF_COUNTS = {"position": "1/4096 rev", "velocity": "1/4096 rev/s"}
+"""Examples of units in place of encoder counts."""
+
 
 def quantity_of(channel: str) -> str:
     """Return the quantity that a channel of a log holds."""
@@ -94,8 +97,10 @@ def same_unit(one: str, other: str) -> bool:
 
 
 def _wrong_unit(channel: str, unit: str, targets: list[str]) -> InputError:
-    if for_unit_library(unit).strip("()").partition("/")[0] == "count":
-        return InputError("encoder_counts", name=channel, unit=unit)
+    counts = for_unit_library(unit).strip("()").partition("/")[0] == "count"
+    example = _SIZES_OF_COUNTS.get(quantity_of(channel))
+    if counts and example is not None:
+        return InputError("encoder_counts", name=channel, unit=unit, example=example)
     return InputError("other_quantity", name=channel, unit=unit, targets=targets)
 
 

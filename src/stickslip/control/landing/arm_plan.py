@@ -353,8 +353,8 @@ class ArmPlans(Supervisor[LandingState]):
         left = abs(state.target - 0.5 * (state.window.low + state.window.high))
         share = LANDING.rest_swing if self._band <= LANDING.fine_band * left else 1.0
         rest = max(ceil(share * self.half_swing / self.sampling_time), LANDING.rest_samples)
-        yields = waited < LANDING.yielding_time * self.half_swing
-        return state.window.count >= (rest if yields else LANDING.brief_rest)
+        long_enough = waited >= LANDING.yielding_time * self.half_swing
+        return state.window.count >= (LANDING.brief_rest if long_enough else rest)
 
     def _swing(self, state: LandingState) -> Swing:
         return Swing.seen(

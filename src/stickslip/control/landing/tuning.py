@@ -1,6 +1,7 @@
 """Tuning constants of the landing controllers.
 
-`docs/evidence/positioning-faults.md` shows how sensitive landings are to the most important ones.
+The unit of each stands in brackets; one that is no SI unit is the quantity that the value is a
+multiple of. Sensitivities: `docs/evidence/positioning-faults.md`.
 """
 
 from dataclasses import dataclass
@@ -15,27 +16,29 @@ class ApproachTuning:
     """Peak effort for the acceleration of the reference [effort limit]: the rest is for friction
     and feedback."""
     settled_samples: int = 5
-    """Samples at rest after the reference that end feedback [-]: it has done what it can."""
+    """Samples at rest after the reference that end feedback [-]: it moves the axis no further."""
     left_travel: float = 0.2
-    """Travel of an arm that feedback leaves to the series [travel]: more than mass 2 usually
-    swings."""
+    """Part of the travel of an arm that feedback leaves to the series [travel]: more than mass 2
+    usually swings."""
 
     arm_position_gain: float = 1.5
-    """Position gain of an arm [stiffness]: that of the arm of the demonstration, as are the next
-    three."""
+    """Position gain of an arm [stiffness]: this value and the next three are those of the arm of
+    the demonstration."""
     arm_velocity_gain: float = 2.5
     """Velocity gain of an arm [root of stiffness times mean mass]."""
     notch_depth: float = 0.5  #: Depth of the notch at the resonance of an arm [-].
     notch_damping: float = 0.4  #: Damping of that notch [-].
     arm_periods: float = 1.5
-    """Shortest reference of an arm [periods of the free arm]: it does not excite the resonance."""
+    """Shortest reference of an arm [periods of the free arm]: a shorter one excites the
+    resonance."""
 
     mass_samples: float = 40.0  #: Shortest reference of a single mass [samples].
     mass_pole: float = 20.0
     """Double pole of the feedback of a single mass [1/duration of the reference]: fast beside
     the reference."""
     fastest_mass_pole: float = 0.3
-    """The same at most [1/sampling time]: it is stable with a delay of a sample."""
+    """Largest double pole of that feedback [1/sampling time]: it is stable with a delay of one
+    sample."""
     mass_wait: float = 100.0
     """Wait limit of a single mass [samples]: with its friction compensated it creeps rather than
     stops."""
@@ -53,115 +56,128 @@ class LandingTuning:
     moving_deviations: float = 4.0
     """Velocity of a mass that certainly moves [standard deviations of a velocity]."""
     missed_rest: float = 1e-3
-    """Share of the windows of an axis at rest that are not seen as such [-]."""
+    """Share of the windows of an axis at rest that are not detected as such [-]."""
     rest_samples: int = 80
-    """Fewest samples at rest before a plan [-]: an estimator that smooths is through by then."""
+    """Fewest samples at rest before a plan [-]: the delay of an estimator that smooths is over."""
     rest_swing: float = 0.4
     """Shortest rest before a plan [half swings]: a sine is known by then."""
     fine_band: float = 0.01
-    """Widest band of noise beside which that rest is enough [travel left]: a wider one hides motion
-    that matters, so that a rest takes a half swing."""
+    """Widest band of noise with which `rest_swing` is enough [travel left]: a wider one hides
+    motion that matters, and the rest must last half a swing."""
     yielding_time: float = 6.0
-    """Time for which mass 1 may give way to the spring before each plan [half swings]."""
-    brief_rest: int = 8  #: Samples at rest before a plan, after that time [-].
+    """Time after which `brief_rest` is enough before a plan [half swings]: where the spring pulls
+    about as hard as static friction holds, mass 1 gives way a little in every swing."""
+    brief_rest: int = 8  #: Samples at rest before a plan, after `yielding_time` [-].
     window_length: float = 2.0  #: Samples kept for the fit of a swing [half swings].
     wait_limit: float = 40.0  #: Wait limit of an arm [half swings].
     strayed_distance: float = 1.5
-    """Distance from the target at which an arm has left its place [tolerances]."""
+    """Distance from the target beyond which an arm that had landed lands again [tolerances]."""
     braking_time: float = 8.0  #: Time constant of braking [samples].
 
     corridor_travel: float = 0.3
-    """Half width of the corridor of a series [travel of the series]; the widest of it and the next
-    two applies."""
-    corridor_tolerance: float = 5.0  #: The same [tolerances].
-    corridor_noise: float = 20.0  #: The same [standard deviations of a position].
+    """Half width of the corridor of a series [travel of the series]: beyond it mass 1 does not
+    follow the plan. The largest of this and the next two values applies."""
+    corridor_tolerance: float = 5.0  #: Half width of the corridor [tolerances].
+    corridor_noise: float = 20.0  #: Half width of the corridor [standard deviations of a position].
     corridor_delay: float = 4.0
-    """What a delay adds to the half width of the corridor [samples at the highest velocity]."""
+    """What a delay adds to that half width [samples at the highest velocity]."""
     most_static: float = 0.95
-    """Largest static friction that a series may still free [largest effort of a series]."""
+    """Largest static friction that a series may still overcome [largest effort of a series]."""
     static_ratio: float = 1.3
     """Static over Coulomb friction where nothing is known [-]: a common ratio."""
     static_step: float = 1.25
-    """Factor by which that rises where a series has not freed mass 1 [-]."""
+    """Factor by which `static_ratio` rises where a series has not freed mass 1 [-]."""
 
     direct_swing: float = 0.8
-    """Largest swing that a series to the target takes up [travel left]: 1 is the limit of a motion
-    that does not turn."""
+    """Largest swing with which a series leads straight to the target [travel left]: 1 is the limit
+    for a motion that does not turn."""
     beyond: tuple[float, float] = (1.5, 3.0)
-    """Distances of the places to come back from [travel left and swing]: the second where there is
-    no series to the first."""
+    """Distances to places from which another series comes back [sum of travel left and swing]: the
+    second where there is no series to the first."""
     smallest_steps: float = 4.0
-    """Shortest travel of a series to such a place [smallest displacement by one pulse]."""
+    """Smallest value of that sum [smallest displacement by one pulse]."""
     slack: float = 4.0
-    """Longest series [time of a rigid arm and one swing]: there is one for any start."""
+    """Longest series [sum of the time of a rigid arm and one swing]: there is one for any start."""
     excess: float = 0.1
     """Duration of a series beyond the shortest that is accepted [-]: it is found with little
     work."""
     impulse_gap: float = 0.3
-    """Impulse of a series beyond the least that is accepted [-]: as above."""
+    """Impulse of a series beyond the least that is accepted [-]: likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LearningTuning:
     """Tuning of what is learned of arm, drive, sensors and load from a series.
 
-    Prior deviations are standard deviations.
+    Deviations are standard deviations.
     """
 
+    # Arm and friction of mass 1
+
     body_uncertainty: float = 0.02
-    """Prior deviation of masses and spring, where none is given [value]."""
+    """Relative prior deviation of masses and spring, where none is given [-]."""
     friction_ratio: float = 6.0
-    """Prior deviation of friction over that of masses and spring [-]: that of friction which was
-    estimated with wrong masses."""
+    """Prior deviation of friction over that of masses and spring [-]: wrong masses and a wrong
+    spring make friction that was estimated with them more wrong."""
     unknown_friction: float = 1.0
-    """Prior deviation of the logarithm of a friction of which nothing is known [-]: a factor of
-    2.7."""
+    """Prior deviation of the logarithm of friction, where nothing is known [-]: a factor of 2.7."""
     friction_drift: float = 0.05
-    """Deviation of the change of friction since an earlier run or target [value]."""
-    body_walk: float = 1e-6  #: Deviation of the change of masses and spring between series [value].
-    friction_walk: float = 1e-4  #: Deviation of the change of friction between series [value].
+    """Relative deviation of the change of friction since an earlier run or target [-]."""
+    body_walk: float = 1e-6
+    """Relative deviation of the change of masses and spring between series [-]."""
+    friction_walk: float = 1e-4
+    """Relative deviation of the change of friction between series [-]."""
     least_viscous: float = 1e-3
-    """Viscous friction that stands for none [mass 1 times frequency of mass 2]: it has a
+    """Viscous friction in place of none [mass 1 times frequency of mass 2]: zero has no
     logarithm."""
     typical_viscous: float = 0.05
-    """Viscous friction where little is known [as above]."""
+    """Viscous friction where little is known [mass 1 times frequency of mass 2]."""
     slip_samples: int = 8  #: Fewest samples of slipping to learn from [-].
     explained_residual: float = 1.5
-    """Residuals of a fit that need no further fit with more noise [rms over the noise]."""
+    """Largest rms residual of a fit that needs no further fit with more noise [noise]."""
     unexplained_deviations: float = 5.0
-    """Residuals of a motion that something else has caused [rms over the noise]; it and the next
-    bound must be exceeded."""
-    unexplained_travel: float = 0.02  #: The same, of positions [travel].
+    """Largest rms residual that the arm explains [noise]: a motion with residuals above this and
+    the next bound has another cause, and nothing is learned from it."""
+    unexplained_travel: float = 0.02
+    """Largest rms residual that the arm explains, of positions [travel]."""
     surprise: float = 400.0
-    """Squared distance from the prior of an estimate that is rejected [prior variances]."""
+    """Largest squared distance of an estimate from the prior [prior variances]."""
     agreeing_deviations: float = 4.0
-    """Difference to the effort of the running estimate of friction within which both agree
-    [standard deviations]; both bounds are added."""
-    agreeing_share: float = 0.5  #: The same [effort of the running estimate].
+    """Largest difference from the friction effort of the running estimate [standard deviations], to
+    which the next bound is added."""
+    agreeing_share: float = 0.5
+    """Largest difference from the friction effort of the running estimate [that effort]."""
     noise_deviations: float = 10.0
-    """Miss of a series that noise explains [standard deviations of a position]."""
+    """Miss of a series that noise explains [standard deviations of a position]; the larger of this
+    and the next value applies."""
     noise_travel: float = 0.05
-    """The same [travel]: noise moves the start of a series, and friction as estimated."""
+    """Miss of a series that noise explains [travel]: noise changes the start of a series and the
+    estimate of friction."""
 
+    # Drive, sensors and load
     min_rows: int = 20  #: Fewest rows of a fit of drive or load [-].
     significance: float = 3.0
-    """Smallest value of a loss or of a lag that counts [standard deviations]."""
+    """Smallest loss of the load and lag of velocities that counts [standard deviations]."""
     exact_residual: float = 1e-6
-    """Smallest standard deviation of a row [largest effort or force of the spring]: the model is no
-    better with exact sensors."""
-    lag_spread: float = 0.5  #: Prior deviation of the share of each past effort [-].
+    """Smallest deviation of a row [largest effort or force of the spring]: that of the model, with
+    exact sensors."""
+    lag_spread: float = 0.5
+    """Prior deviation of the share of each past effort in the present one [-]."""
     lowest_gain: float = 0.7
-    """Lowest gain of a drive [-]: one beyond the bounds is an error of the model."""
+    """Lowest gain of a drive [-]: one beyond the two bounds is an error of the model."""
     highest_gain: float = 1.3  #: Highest gain of a drive [-].
     clip_evidence: float = 0.25
-    """Squared residuals with clipped efforts that prove a clip [squared residuals without]."""
+    """Squared residuals with a clipped effort below which it is clipped [squared residuals
+    without]."""
     clip_noise: float = 2.0
-    """Residuals that noise explains, without a clip [standard deviations of a momentum]."""
+    """Largest rms residual without a search for a clip [standard deviations of a momentum]; the
+    larger of this and the next value applies."""
     clip_residual: float = 5e-3
-    """Residuals that need no clip [momentum of the largest effort in a sample]."""
-    stiffness_spread: float = 0.02  #: Prior deviation of the stiffness [value].
+    """Largest rms residual without a search for a clip [momentum of the effort limit in a
+    sample]."""
+    stiffness_spread: float = 0.02  #: Relative prior deviation of the stiffness [-].
     farthest_stiffness: float = 0.4
-    """Largest change of the stiffness [value]: a larger one is an error of the model."""
+    """Largest relative change of the stiffness [-]: a larger one is an error of the model."""
     damping_spread: float = 0.1
     """Prior deviation of the damping of the spring and of mass 2 [root of stiffness times
     mass 2]."""
@@ -177,63 +193,69 @@ class LearningTuning:
 class TrackingTuning:
     """Tuning of series that feedback tracks, and of their corrections."""
 
+    # Feedback
     assumed_delay: float = 2.0
-    """Delay of the drive before the first series [samples]: a shorter one is safe, too."""
+    """Delay of the drive before the first series [samples]: feedback for it is stable with a
+    shorter one."""
     delay_pole: float = 0.5
     """Double pole of the feedback [1/delay]: a mass is stable up to 0.65."""
     sample_delay: float = 1.5
-    """Time from an effort to the sample that shows it, without a delay of the drive, on average
+    """Mean time from an effort to the sample that shows it, without a delay of the drive
     [samples]."""
-    most_resonance: float = 12.0  #: Double pole at most [resonance of the free arm].
+    most_resonance: float = 12.0  #: Largest double pole [resonance of the free arm].
     noise_effort: float = 0.1
-    """Standard deviation of the effort by noise at most [effort limit]."""
+    """Largest standard deviation of the effort that noise causes [effort limit]."""
     filter_pole: float = 4.0  #: Pole of the filter of a noisy velocity [double pole].
     difference_noise: float = 1.2
-    """Noise of a velocity from which it is that of differences [position noise in a sample]: theirs
-    is 1.4."""
+    """Noise of velocities from which they count as differences of positions [position noise over
+    sampling time]: those have 1.4."""
     integral_pole: float = 0.2  #: Pole of the integral [double pole].
-    settling: float = 3.0  #: Feedback after the last pulse [time constants of feedback].
+    settling: float = 3.0  #: Time of feedback after the last pulse [time constants of feedback].
     stuck_samples: int = 4
-    """Samples at rest where mass 1 is planned to move, until the effort rises [-]."""
-    freeing_rate: float = 0.04  #: Rise of the effort in each sample then [effort limit].
+    """Samples at rest where mass 1 is planned to move, after which the effort rises [-]."""
+    freeing_rate: float = 0.04  #: Rise of that effort in a sample [effort limit].
 
+    # Plans
     plan_share: float = 0.85
     """Largest effort of a plan [effort limit]: the rest is for feedback."""
-    correction_share: float = 0.95  #: Effort that a correction may lead to [effort limit].
+    correction_share: float = 0.95  #: Largest effort with a correction [effort limit].
     guessed_friction: float = 0.1
     """Coulomb friction where nothing is known [effort limit]."""
     most_pulses: float = 300.0
-    """Pulses in half a swing at most [-]: the work of a search grows with their number."""
-    slack: float = 1.5  #: Longest series [time of a rigid arm and one swing].
+    """Most pulses in half a swing [-]: the work of a search grows with their number."""
+    slack: float = 1.5  #: Longest series [sum of the time of a rigid arm and one swing].
     longer_series: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0)
-    """Durations that are tried one after the other [longest series], where the arm rests."""
+    """Bounds of the duration that are tried one after the other at rest [longest series]."""
     jitter: float = 0.1
-    """Difference of successive samples from the sampling time at most [samples]."""
+    """Largest deviation of the time between successive samples [sampling time]: a sample is lost
+    otherwise."""
 
+    # Corrections on the way
     slow_speed: float = 0.2
-    """Speed below which a correction leaves the motion alone, more with its square [highest
-    speed]: mass 1 does not turn back."""
+    """Planned speed below which the weight of corrections falls, with its square [highest speed]:
+    mass 1 does not turn back."""
     early_angle: float = 0.7
-    """Time before the end within which corrections become smaller [rad of the swing]: less is left
-    for the end."""
+    """Time before the end within which the weight of corrections falls, with its square [rad of the
+    swing]: they are made earlier."""
     last_angle: float = 0.5
-    """Time before the end from which measurements no longer count [rad of the swing]."""
+    """Time before the end from which measurements no longer change the plan [rad of the swing]."""
     taken_over: float = 2.0
-    """Time in which a deviation of mass 2 is taken over [time constants of feedback]."""
+    """Time in which a measured deviation of mass 2 enters the plan [time constants of feedback]."""
     noise_correction: float = 0.15
-    """Effort that corrects a deviation as large as its standard deviation [limit of
+    """Effort that corrects a deviation of one standard deviation by noise [limit of
     corrections]."""
     first_deviation: float = 0.03
-    """Standard deviation of mass 2 from its plan in half a swing, before the first series
-    [travel]."""
-    learned_deviation: float = 1e-3  #: The same after a series [travel].
+    """Standard deviation of mass 2 from its plan in half a swing, with an unknown load [travel]."""
+    learned_deviation: float = 1e-3
+    """Standard deviation of mass 2 from its plan in half a swing, with a learned load [travel]."""
     goal_updates: int = 64  #: Times along a series at which the reachable end is computed [-].
 
+    # Rest and motion
     blocked_travel: float = 0.02
-    """Planned motion during which mass 1 rests that stops the landing [move]: it cannot move, or
-    its sensor is frozen."""
-    blocked_samples: int = 12  #: Samples at rest that show this [-].
-    blocked_bands: float = 3.0  #: Planned motion that shows this at least [bands of rest].
+    """Planned motion from which a mass 1 at rest stops the landing [move]: it is blocked, or its
+    sensor is frozen."""
+    blocked_samples: int = 12  #: Fewest samples at rest that stop it [-].
+    blocked_bands: float = 3.0  #: Least planned motion that stops it [bands of rest].
     held_share: float = 0.3
     """Force of the spring that may hold mass 1 on its way [effort limit]."""
     coasting_travel: float = 0.02
@@ -241,42 +263,49 @@ class TrackingTuning:
     rest_band: float = 0.1
     """Narrowest band of a mass at rest [tolerances]: bristles give way a little."""
     rest_speed: float = 5.0
-    """Speed at which mass 1 may rest at once [tolerances in half a swing]."""
+    """Largest speed with which a brief rest is enough [tolerances in half a swing]: a faster mass 1
+    may be about to turn."""
     exact_rest: int = 3  #: Samples at rest before a plan, with exact sensors [-].
-    noisy_rest: int = 6  #: Samples at rest before a plan, at least, with noise [-].
+    noisy_rest: int = 6  #: Fewest samples at rest before a plan, with noise [-].
     known_swing: float = 0.2
-    """Standard deviation of a swing that is known [tolerances]; the larger of both applies."""
-    known_travel: float = 2e-3  #: The same [travel left].
+    """Standard deviation below which a swing is known [tolerances]; the larger of this and the next
+    value applies."""
+    known_travel: float = 2e-3  #: Standard deviation below which a swing is known [travel left].
     offset_deviations: float = 6.0
     """Offset of mass 2 at rest that noise explains [standard deviations of a position]."""
 
+    # Further series
     other_delay: float = 0.05
     """Change of the delay from which the end of a series is planned anew [samples]."""
-    other_gain: float = 3e-3  #: The same of the gain of the drive [-].
+    other_gain: float = 3e-3  #: Change of the drive's gain from which it is planned anew [-].
     other_losses: float = 1e-3
-    """The same of the losses of the load [root of stiffness times mass 2; Coulomb friction]."""
+    """Change of the losses of the load from which it is planned anew [root of stiffness times
+    mass 2; Coulomb friction of mass 1]."""
     nearby_error: float = 0.035
     """Distance within which no series leads straight to the target [move]: short series are slow,
     and slow motion has another friction."""
-    correcting_travel: float = 0.07  #: Travel of a series that corrects [move], times `beyond`.
+    correcting_travel: float = 0.07
+    """Travel of a series that corrects [move times `LandingTuning.beyond`]."""
     farther_travel: float = 0.2
-    """The same where shorter ones have not helped [move]."""
+    """Travel of a series where a shorter one has not helped [move times `LandingTuning.beyond`]."""
     improvement: float = 0.7
-    """Miss that a further correction must leave [smallest miss so far]; two that do not stop the
-    landing."""
+    """Largest miss after a correction that has helped [smallest miss so far]: two that have not
+    stop the landing."""
     correcting_speed: float = 0.3
     """Lowest speed of a series that corrects [mean speed]: slow motion has another friction."""
 
-    nudged_error: float = 0.02  #: Largest error of mass 1 that a pulse on it corrects [move].
-    most_nudges: int = 8  #: Such pulses after a series at most [-].
-    nudge_wait: float = 1.2  #: Time to wait for the right moment [periods of mass 2].
+    # Single pulses on mass 1
+    nudged_error: float = 0.02  #: Largest error of mass 1 that a pulse corrects [move].
+    most_nudges: int = 8  #: Most pulses after a series [-].
+    nudge_wait: float = 1.2
+    """Longest wait until mass 2 is near the target [periods of mass 2]."""
     overshoot: float = 1.7
-    """Travel of such a pulse at most, with Coulomb friction alone [error of mass 1]: one that frees
-    mass 1 for certain moves it farther."""
+    """Largest travel of a pulse, with Coulomb friction alone [error of mass 1]: one that certainly
+    frees mass 1 may take it beyond the target."""
     nudge_beside: float = 0.7
-    """Distance of mass 2 from the target at which it is fired [tolerances]."""
+    """Distance of mass 2 from the target at which a pulse is fired [tolerances]."""
     nudge_passing: float = 0.1
-    """The same beyond the nearest that mass 2 comes [error of mass 1]."""
+    """What mass 2 may be farther from the target then than at its nearest [error of mass 1]."""
 
 
 APPROACH: Final = ApproachTuning()

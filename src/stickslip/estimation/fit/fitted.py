@@ -68,7 +68,10 @@ class LeastSquaresEstimator(RowsEstimator):
         return options_of(self)
 
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report; raises as `fit`."""
+        """Return the estimate with its rows, for a report; raises as `fit`.
+
+        Several Stribeck effects are an error: rows have them for `StribeckEstimator`.
+        """
         effects = getattr(self, "stribeck", None)
         if isinstance(effects, tuple) and len(effects) > 1:
             raise InputError("several_stribeck_effects", method=self.name)

@@ -14,6 +14,7 @@ from stickslip.estimation.selection.significance import Basis, Partial, signific
 from stickslip.records import LogDeviation, quantity_name
 
 _OF_EVERY_AXIS = ("mass", "inertia", "viscous_friction", "coulomb_friction")
+"""Quantities that differ together in a log of another axis, or with an effort in another unit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,18 +73,18 @@ def compared(
 
     Each difference is a column: that of the parameter in the rows of one log, zero in the others.
     It is tested as a term of the model is, robust to correlated residuals. A log of another axis
-    differs in inertia and all friction, and each difference alone leaves the residual of the
-    others. Those differences are therefore also tested beside each other. A p-value is multiplied
-    by the number of tests (Bonferroni). The clearest difference joins the model before the search
-    continues; if none is clear alone, those of one log that are clear beside each other. Of two
-    logs, the second is compared with the first.
+    differs in inertia and all friction, where one difference alone leaves the residual of the
+    others; each of these is therefore also tested beside the others of its log. A p-value is
+    multiplied by the number of tests (Bonferroni). The difference that explains most joins the
+    model before the search continues; if none is significant alone, those of one log that are
+    significant beside each other. Of two logs, the second is compared with the first.
     """
     if rows.log is None or not common:
         none = np.zeros((0, len(rows.names)))
         return Consistency(p_value=None, deviations=(), shifts=none, rows=rows)
     pairs = [(k, rows.names.index(name)) for k in compared_logs(len(logs)) for name in common]
     columns, overall = rows.columns, None
-    found: list[tuple[_Trial, float]] = []  # with p-values over all differences tried
+    found: list[tuple[_Trial, float]] = []  # with p-values over all tests
     while pairs:
         basis = Basis.of(columns, rows.target, rows.log)
         alone = [_tried(rows, basis, columns, *pair, tuning) for pair in pairs]
@@ -92,15 +93,13 @@ def compared(
         tests = len(alone) + len(beside)
         if overall is None and tests:
             overall = min(tests * min(trial.p_value for trial in (*alone, *beside)), 1.0)
-        clear = [trial for trial in alone if trial.p_value * tests < tuning.error_rate]
-        clear = sorted(clear, key=lambda trial: -trial.explained)[:1]
-        if not clear:
-            clear = [trial for trial in beside if trial.p_value * tests < tuning.error_rate]
-            first = max(clear, key=lambda trial: trial.explained, default=None)
-            clear = [trial for trial in clear if first is not None and trial.log == first.log]
-        if not clear:
+        joining = _joining(
+            [trial for trial in alone if trial.p_value * tests < tuning.error_rate],
+            [trial for trial in beside if trial.p_value * tests < tuning.error_rate],
+        )
+        if not joining:
             break
-        for trial in clear:
+        for trial in joining:
             found.append((trial, min(trial.p_value * tests, 1.0)))
             columns = np.column_stack([columns, _lighter(rows, trial.log, trial.parameter)])
             pairs.remove((trial.log, trial.parameter))
@@ -131,13 +130,23 @@ def compared(
     )
 
 
+def _joining(alone: Sequence[_Trial], beside: Sequence[_Trial]) -> list[_Trial]:
+    """Return which significant differences join the model: one alone, else those of one log."""
+    if alone:
+        return [max(alone, key=lambda trial: trial.explained)]
+    if not beside:
+        return []
+    log = max(beside, key=lambda trial: trial.explained).log
+    return [trial for trial in beside if trial.log == log]
+
+
 def _solution(
     rows: ModelRows, trials: Sequence[_Trial]
 ) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " k"]]:
     """Return the common parameters beside differences, and the differences [SI].
 
-    A log with its own value has no part in the column of the common one: the columns stay apart,
-    whatever the weights of the logs are.
+    The column of a common parameter is zero in the rows of a log with its own value, so that the
+    columns are independent whatever the weights of the logs are.
     """
     columns, own = rows.columns.copy(), [_column(rows, t.log, t.parameter) for t in trials]
     for trial, column in zip(trials, own, strict=True):
@@ -152,10 +161,10 @@ def _column(rows: ModelRows, log: int, parameter: int) -> Float[np.ndarray, " n"
 
 
 def _lighter(rows: ModelRows, log: int, parameter: int) -> Float[np.ndarray, " n"]:
-    """Return the column of a difference, or less that of the other logs if it is smaller.
+    """Return the column of a difference, or minus that of the other logs if it is smaller.
 
-    Beside the parameter's own column they have the same coefficient. The larger one would be
-    nearly the same as that column if the log has a far higher weight than the others.
+    Both have the same coefficient beside the column of the parameter. The larger one is nearly
+    equal to that column if the log has a far higher weight than the others.
     """
     own = _column(rows, log, parameter)
     others = rows.columns[:, parameter] - own
@@ -172,7 +181,9 @@ def _tried_beside(
     found: list[_Trial | None] = []
     for log in dict.fromkeys(log for log, _ in pairs):
         own = [p for k, p in pairs if k == log and quantity_name(rows.names[p]) in _OF_EVERY_AXIS]
-        for one in own if len(own) > 1 else ():
+        if len(own) < 2:  # it is tested alone
+            continue
+        for one in own:
             others = [_lighter(rows, log, other) for other in own if other != one]
             wider = np.column_stack([columns, *others])
             basis = Basis.of(wider, rows.target, rows.log)
@@ -207,9 +218,9 @@ def _deviation(
     logs: Sequence[str],
     tuning: ConsistencyTuning,
 ) -> LogDeviation:
-    """Return a difference in the parameter's unit, over the value of the other logs.
+    """Return a difference in the parameter's unit, and relative to the value of the other logs.
 
-    ``values`` are that value and the difference [SI]; the basis has all other columns.
+    ``values`` are that value and the difference [SI]; the basis is that of all other columns.
     """
     value, difference = values
     vectors = np.column_stack([basis.vectors, trial.partial.vectors])

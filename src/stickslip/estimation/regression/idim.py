@@ -148,22 +148,22 @@ class IdimLeastSquares(LeastSquaresEstimator):
         largest = max(float(np.max(np.abs(v))) for v in velocities)
         slow = slow_speed(largest, speed_noise)
 
-        acting = _with_acting_effort(log).effort - log.effort
+        change = _with_acting_effort(log).effort - log.effort
         times: list[Float[np.ndarray, " n"]] = []
         blocks: list[Float[np.ndarray, "n p"]] = []
         dropped = 0
         for part, v in zip(parts, velocities, strict=True):
             friction = self.terms.force_columns(v, np.sign(v))
-            held = np.interp(part.time, log.time, acting)
-            every = [part.effort, central_difference(v, T), friction, held]
-            rows = np.column_stack(every)[skipped:]
+            columns = [part.effort, central_difference(v, T), friction]
+            columns.append(np.interp(part.time, log.time, change))
+            rows = np.column_stack(columns)[skipped:]
             start = decimated_start(rows.shape[0], factor)
             moving = ~rests(v, slow, round(REST_PERIODS * period))[skipped:][start::factor]
             times.append(part.time[skipped:][start::factor][moving])
             blocks.append(decimate(rows, factor)[moving])
             dropped += int(np.count_nonzero(~moving))
         rows = np.concatenate(blocks)
-        target, regressors, change = rows[:, 0], rows[:, 1:-1], rows[:, -1]
+        target, regressors, by_holding = rows[:, 0], rows[:, 1:-1], rows[:, -1]
         names = (mass_name(log.kind), *self.terms.names)
         noise = np.zeros(len(names))
         noise[0] = position_noise * low_pass.noise_gain(T, derivatives=2, decimation=factor)
@@ -191,8 +191,8 @@ class IdimLeastSquares(LeastSquaresEstimator):
             samples=len(log),
             notes=(*notes, *log.notes),
             biased=log.clipped,
-            # An effort that is held acts half a sample later than one that was measured
-            shifts=least_squares(regressors, change)[None],
+            # An effort that is held acts half a sample later than it is logged
+            shifts=least_squares(regressors, by_holding)[None],
         )
 
 

@@ -492,14 +492,14 @@ class SelectedModelEstimator:
         return replace(estimate, selection=select(further=score))
 
     def wrong_delay(self, log: PreparedLog, motions: SlipMotions, model: Model) -> str:
-        """Return a sentence if the given delay of the effort disagrees with the log, else empty.
+        """Return a sentence if the given delay disagrees with the log; empty otherwise.
 
         Parameters
         ----------
         log, motions
             As prepared.
         model
-            Of the log, with that delay.
+            Of the log, with the given delay of the effort.
         """
 
         def estimated() -> float:

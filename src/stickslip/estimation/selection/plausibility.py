@@ -158,8 +158,8 @@ def wrong_delay(
 ) -> str:
     """Return a sentence if a given delay of the effort disagrees with the log; empty otherwise.
 
-    ``given`` is the stated time by which the effort acts later than it is logged [s], and
-    ``estimated`` finds the one that the log shows.
+    ``given`` is the stated time by which the effort acts later than it is logged [s];
+    ``estimated`` returns that which the log shows [s] and is called only for the sentence.
     """
     if given is None or not testable(model):
         return ""

@@ -178,7 +178,7 @@ def _filled(
             if not needed and (channel == "time" or not open_ended):
                 continue
             meant = _column_for(table, discovery, channel, key, schema, entries)
-            if meant is None and channel in schema.units:  # the unit in the file does not count
+            if meant is None and channel in schema.units:  # it replaces that in the file
                 named = _by_name(table, discovery, channel)
                 meant = named[0] if len(named) == 1 else None
             if meant is None:
@@ -256,7 +256,7 @@ def _group(table: Table, text: str | None) -> object:
 
 
 def _by_name(table: Table, discovery: Discovery, channel: str) -> list[Meaning]:
-    """Return the columns whose names are those of a channel, and their units are not."""
+    """Return the columns with a name of the channel and a unit of another quantity."""
     bare = replace(table, units={})
     found = [meaning(bare, name) for name in table.units if name not in discovery.by_column]
     return [each for each in found if each is not None and each.channel == channel]

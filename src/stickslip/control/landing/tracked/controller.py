@@ -169,8 +169,8 @@ class TrackedLandingController(LandingController):
 
     def _follows(self, last: SensorSample, sample: SensorSample) -> bool:
         """Return whether two samples are successive."""
-        early = sample.time - last.time - self.sampling_time
-        return abs(early) <= TRACKING.jitter * self.sampling_time
+        jitter = sample.time - last.time - self.sampling_time
+        return abs(jitter) <= TRACKING.jitter * self.sampling_time
 
     def _lag(self, state: Any) -> float:
         """Return the lag of measured velocities [s]."""

@@ -11,12 +11,12 @@ A sample passes through here before an estimator sees it.
   was homed again, an angle that wraps). The estimator then starts its motion again. As long as the
   inertia is unknown, it is an acceleration larger than those before: the tolerance is learned anew,
   and nothing is counted.
-- A first error beyond that acceleration is not used, and the second one is compared with it. If the
-  second position confirms the first one and not those before, these were wrong (a glitch in the
-  first sample), and the motion starts again.
-- Positions that agree with each other and the velocity, but not with those before, are an offset
-  (samples that were not delivered): the motion starts again as soon as the tolerance, which grows
-  with the time since the last accepted position, allows for it.
+- The first position or velocity that contradicts that acceleration is not used. If the next one
+  agrees with it and not with those before, those were wrong (a glitch in the first sample), and the
+  motion starts again.
+- Positions that agree with each other and with the velocity, but not with those before, are an
+  offset (samples that were not delivered): the motion starts again as soon as the tolerance, which
+  grows with the time since the last accepted position, allows for it.
 - A known delay of the effort is removed. For a delay of n + f samples the effort in the interval
   that begins with sample k is (1 - f) u(k-n) + f u(k-n-1). With a negative delay (an effort that
   acts before it is logged) the motion is delayed instead.
@@ -45,11 +45,11 @@ _FACTOR = 8.0  # tolerance over the 90 % quantile of prediction errors: 13 stand
 _FACTOR_WARM_UP = 64.0  # the same while the quantile is estimated from few errors
 _WARM_UP = 16  # errors
 _AGREES = 4.0
-"""Contradiction over the change since the sample before, from which the two samples agree with each
-other and contradict those before: an offset. Of an acceleration it is below 4 for 7 samples."""
+"""Ratio of a contradiction to the change since the sample before, above which both samples agree
+with each other and contradict those before: an offset. An acceleration has less for 7 samples."""
 _MOST_RESTARTS = 3
-"""Glitches before the first learned error that are forgotten. A coarse encoder at low speed looks
-alike: its counts are such offsets."""
+"""Most glitches before the first learned error that are forgotten: the counts of a coarse encoder
+at low speed look like them."""
 _RECENT = 2.0  # tolerance over the largest recent error
 _FADING = 1.0 / 4096.0  # relative decay of that largest error in a sample
 _RATE = 0.01  # step of the quantile's estimate (relative, downwards; 9 times that upwards)
@@ -69,7 +69,7 @@ _ERRORS = np.dtype(
         ("largest", "f8"),  # recently
         ("count", "i8"),
         ("run", "i8"),  # rejected values in a row
-        ("restarts", "i8"),  # glitches before the first error was learned
+        ("restarts", "i8"),  # forgotten glitches before the first error was learned
     ]
 )
 _MASS = np.dtype(
@@ -177,8 +177,8 @@ def learn_inertia(s: Any, inertia: float, variance: float) -> None:
 def _tolerance(errors: Any) -> float:
     """Return how large a prediction error may be: max(8 q_90, 2 largest).
 
-    Before the first error is learned, it is that error if there was one: nothing else shows a
-    glitch in the rest before the first motion.
+    Before the first error is learned, it is 64 times the first one that was not used, or zero:
+    nothing else shows a glitch in the rest before the first motion.
     """
     if errors.count == 0:
         return _FACTOR_WARM_UP * errors.quantile
@@ -222,7 +222,7 @@ def _learn_error(errors: Any, error: float) -> None:
 
 @compiled(inline=True)
 def _forget_glitch(errors: Any) -> None:
-    """Forget the first error, of which the second one has shown that it was a glitch."""
+    """Forget the first error, which the second one has shown to be a glitch."""
     if errors.restarts < _MOST_RESTARTS:
         errors.restarts += 1
         errors.quantile = 0.0
@@ -230,14 +230,11 @@ def _forget_glitch(errors: Any) -> None:
 
 @compiled(inline=True)
 def _is_glitch_before(errors: Any, error: float, change: float) -> bool:
-    """Return whether a second error shows that the first value contradicts all others.
+    """Return whether the second value shows that those before the first error were glitches.
 
-    This is before an error was learned. ``change`` is that since the sample before.
+    ``error`` and ``change`` are its differences from the prediction and from the sample before.
     """
-    glitch = errors.count == 0 and errors.run == 1 and _AGREES * change < error
-    if glitch:
-        _forget_glitch(errors)
-    return glitch
+    return errors.count == 0 and errors.run == 1 and _AGREES * change < error
 
 
 @compiled(inline=True)
@@ -275,9 +272,9 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
     before = m.velocity
     if measured:
         if has_v:
-            latest_velocity = v
             error = abs(v - before)
             if _is_glitch_before(cv, error, abs(v - m.latest_velocity)):
+                _forget_glitch(cv)
                 m.velocity = v
                 cv.run = 0
             elif error <= _tolerance(cv) + change * (1.0 + cv.run):
@@ -297,7 +294,7 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
                     stepped = True
                 else:
                     s.velocity_glitches += 1 if cv.count > 0 else 0
-            m.latest_velocity = latest_velocity
+            m.latest_velocity = v
         else:
             cv.run = min(cv.run + 1, LASTING)
         m.predicted += 0.5 * T * (before + m.velocity)
@@ -313,9 +310,10 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
             allowed += T * change * (0.5 + cv.run)
         else:
             allowed = gap * (allowed + T * change * 0.5 * (gap + 1.0))
-        change = abs(x - m.latest - T * before)
-        offset = not measured and cx.run > 0 and _AGREES * change < error
+        off_latest = abs(x - m.latest - T * before)
+        offset = not measured and cx.run > 0 and _AGREES * off_latest < error
         if _is_glitch_before(cx, error, abs(x - m.latest)):
+            _forget_glitch(cx)
             stepped = True
             if m.is_driven and s.moved == 0:
                 s.start = x

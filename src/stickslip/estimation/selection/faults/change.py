@@ -33,7 +33,7 @@ class ChangeTuning:
 def sudden_change(model: Model, tuning: ChangeTuning, start: float = 0.0) -> str:
     """Return a note on a change of gain, friction or inertia at an instant; empty if there is none.
 
-    The time of the model is counted from ``start`` of the log [s].
+    ``start`` is the time in the log from which that of the model is counted [s].
 
     A part y of the fitted effort changes at the instant t_1: the column ``y (H(t - t_1) - h)`` with
     the coefficient g is added to those of the model, where h is the share of the squares of y after
