@@ -15,8 +15,8 @@ from stickslip.records import (
 )
 
 _LEAST_DIFFERENCE = 0.02
-"""Difference of a parameter [-] that counts, over its value, of an offset over Coulomb friction:
-data sheets are as exact."""
+"""Smallest relative difference of two values that matters [-], that of an offset relative to the
+Coulomb friction: data sheets are as exact."""
 
 
 def checked(found: Identification, task: EstimationTask) -> Identification:
