@@ -103,3 +103,17 @@ def test_wrong_first_samples_and_lost_ones_leave_the_estimates(
     assert resets == 0
     assert found == pytest.approx(values, rel=SAME)
     assert np.all(wide < 1.5 * half)
+
+
+@pytest.mark.parametrize("name", ["ekf", "energy"])
+@pytest.mark.parametrize(("seed", "lost"), [(1, 1130), (1, 1290), (2, 970), (2, 1090)])
+def test_a_jump_within_the_tolerance_of_the_admission_is_a_single_force_event(
+    name: str, seed: int, lost: int
+) -> None:
+    # A held force gives a velocity that is wrong for certain, with the other sign in every sample
+    method, table = methods()[name], np.delete(samples(seed), lost, axis=0)
+    state = method.init(sampling_time=T, velocity_measured=False)
+    for sample in table[: lost + 100].tolist():
+        method.kernel(state, *sample)
+    health = method.health(state)
+    assert (health.motion_steps, health.force_events) == (0, 1)

@@ -122,10 +122,14 @@ def _squared_innovation(f: Any, k: int, measured: float, variance: float) -> flo
 
 @compiled(inline=True)
 def _add_force(s: Any, f: Any, q: float) -> None:
-    """Add to P what an unknown force of variance q does in a sample: P + q B B' / m^2."""
+    """Add to P what an unknown force does in a sample, white in it, with a mean of variance q.
+
+    P + q T^2 / m^2 [T^2 / 3, T / 2; T / 2, 1]. Its instant is unknown: of a held force the position
+    would show the velocity for certain, and a wrong velocity would change its sign in every sample.
+    """
     P = f.P
     b0, b1 = 0.5 * s.period**2 / s.mass, s.period / s.mass
-    P[0, 0] += q * b0 * b0
+    P[0, 0] += q * b0 * b0 * 4.0 / 3.0
     P[0, 1] += q * b0 * b1
     P[1, 0] += q * b0 * b1
     P[1, 1] += q * b1 * b1

@@ -125,10 +125,12 @@ def _allow_unknown_force(own: Any, sample: Any) -> None:
     """Let an unknown force explain an innovation of the driven mass that nothing else explains.
 
     With the friction estimated so far the innovation is e = z - z_0 - sum_j theta_j z_j, with the
-    variance S + row P row'. Beyond the gate P of the second filter grows by q B B' with
-    q = (e / B)^2: its states follow the measurement, and the row gets next to no weight.
+    variance S + row P row'. Beyond the gate P of the second filter grows by that of a white force
+    whose mean has the variance q = (e / B)^2: its states follow the measurement, and the row gets
+    next to no weight.
     """
     p = own.recursion.parameters
+    rough = 12.0 / own.recursion.sampling_time**2
     limit = GATE * max(1.0, own.gate_scale)
     for c in range(2):
         if own.is_measured[c] == 0 or (sample.missing >> c) & 1 == 1:
@@ -148,7 +150,8 @@ def _allow_unknown_force(own: Any, sample: Any) -> None:
         q = (e / own.held[c]) ** 2
         for i in range(4):
             for j in range(4):
-                own.covariance[i, j] += q * own.held[i] * own.held[j]
+                force = own.held[i] * own.held[j] + rough * own.ramped[i] * own.ramped[j]
+                own.covariance[i, j] += q * force
         own.force_events += 1.0
         own.gate_scale += GATE_MEMORY * (limit - own.gate_scale)
         own.mismatch += limit
