@@ -259,8 +259,9 @@ def _rested(p: Any, s: Any, own: Any) -> None:
             _hasten(p, s, own)
     if s.outcome != MOVING:
         return
-    if p.unseen and abs(s.rest - p.start) <= s.least_motion:
-        p.unseen = 0
+    unmoved = p.unseen == 1 and abs(s.rest - p.start) <= s.least_motion
+    p.unseen = 0
+    if unmoved:
         exact_choice.give_up(s, own, HELD_FAST)
     elif _moves(p, s, own, abs(s.error)):
         start_move(p, s.rest, s.target, own.values, own.covariance)
