@@ -65,7 +65,7 @@ def workers_of(process):
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")
-@pytest.mark.parametrize("delay", [0.1, pytest.param(3.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("delay", [0.1, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_ctrl_c_is_one_line(two_axes, delay):
     running = subprocess.Popen(
         [sys.executable, "-m", "stickslip", "identify", str(two_axes)],

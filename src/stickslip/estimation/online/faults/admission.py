@@ -44,6 +44,7 @@ LONGEST_DELAY = 30
 _FACTOR = 8.0  # tolerance over the 90 % quantile of prediction errors: 13 standard deviations
 _FACTOR_WARM_UP = 64.0  # the same while the quantile is estimated from few errors
 _WARM_UP = 16  # errors
+_FIRST = 64.0  # times the change of velocity that a sample may bring: before an error is learned
 _AGREES = 4.0
 """Ratio of a contradiction to the change since the sample before, above which both samples agree
 with each other and contradict those before: an offset. An acceleration has less for 7 samples."""
@@ -202,6 +203,15 @@ def _learn_step(s: Any, errors: Any, error: float) -> bool:
 
 
 @compiled(inline=True)
+def _first(errors: Any) -> float:
+    """Return the factor of the change of velocity that a sample may bring: larger for a first one.
+
+    A spring that was stretched before the log, or the load of an arm, accelerates more than effort.
+    """
+    return _FIRST if errors.count == 0 and errors.run == 0 else 1.0
+
+
+@compiled(inline=True)
 def _learn_error(errors: Any, error: float) -> None:
     """Update quantile and recent maximum with an accepted error other than an exact zero."""
     if error == 0.0:
@@ -277,7 +287,7 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
                 _forget_glitch(cv)
                 m.velocity = v
                 cv.run = 0
-            elif error <= _tolerance(cv) + change * (1.0 + cv.run):
+            elif error <= _tolerance(cv) + change * (_first(cv) + cv.run):
                 _learn_error(cv, error)
                 m.velocity = v
                 cv.run = 0
@@ -307,9 +317,9 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
         error = abs(x - m.predicted)
         allowed = _tolerance(cx)
         if measured:
-            allowed += T * change * (0.5 + cv.run)
+            allowed += T * change * (_first(cx) - 0.5 + cv.run)
         else:
-            allowed = gap * (allowed + T * change * 0.5 * (gap + 1.0))
+            allowed = gap * (allowed + T * change * (_first(cx) + 0.5 * (gap - 1.0)))
         off_latest = abs(x - m.latest - T * before)
         offset = not measured and cx.run > 0 and _AGREES * off_latest < error
         if _is_glitch_before(cx, error, abs(x - m.latest)):
