@@ -175,7 +175,10 @@ def identify(
             raise InputError("known_load_of_several_axes", where=log.name, axes=list(axes))
         if delays:
             raise InputError("effort_delays_of_axes")
-        other = None if validate is None else (validate.name, _axes(validate, reading, robot))
+        other = None
+        if validate is not None:
+            with working(f"reading {validate.name}"):
+                other = validate.name, _axes(validate, reading, robot)
         return _all_axes(log.stem, axes, other, estimator, task, files)
     for only in axes.values():
         if isinstance(only, InputError):

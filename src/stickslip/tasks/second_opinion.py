@@ -40,20 +40,18 @@ def checked(found: Identification, task: EstimationTask) -> Identification:
         other = selecting.fit(found.log)
     except InputError:
         return found
+    cause = ""
     if other.status is Status.MODEL_MISMATCH:
-        causes = [f"the default estimator reports: {other.diagnostics.notes[0]}"]
+        cause = f"the default estimator reports: {other.diagnostics.notes[0]}"
     elif other.status.trusted:
-        causes = _contradictions(found.estimate, other)
-    else:
-        causes = []
-    return replace(found, estimate=judged(found.estimate, causes[:1]))
+        cause = _contradiction(found.estimate, other)
+    return replace(found, estimate=judged(found.estimate, [cause] if cause else []))
 
 
-def _contradictions(estimate: FrictionEstimate, other: FrictionEstimate) -> list[str]:
-    """Return what the other estimate contradicts, in sentences."""
+def _contradiction(estimate: FrictionEstimate, other: FrictionEstimate) -> str:
+    """Return the first value that the other estimate contradicts, in a sentence; empty if none."""
     terms = other.selection.summary if other.selection is not None else ""
     coulomb = other.parameters.get("coulomb_friction")
-    found: list[str] = []
     for name, own in estimate.parameters.items():
         its = other.parameters.get(name)
         if its is None or own.ci95 is None or its.ci95 is None:
@@ -65,13 +63,13 @@ def _contradictions(estimate: FrictionEstimate, other: FrictionEstimate) -> list
         if small or not (_outside(own.value, its.ci95) and _outside(its.value, own.ci95)):
             continue
         unit = unit_text(its.unit)
-        found.append(
+        return (
             f"the default estimator finds {in_words(name)} of {its.value:.4g} {unit} (95 %: "
             f"{its.ci95[0]:.4g} to {its.ci95[1]:.4g}), this one {own.value:.4g} {unit} "
             f"({own.ci95[0]:.4g} to {own.ci95[1]:.4g}); use the default one, or compare them. "
             f"{terms}".strip()
         )
-    return found
+    return ""
 
 
 def _outside(value: float, interval: tuple[float, float]) -> bool:

@@ -297,11 +297,10 @@ class JointEstimator:
         ]
         for k, each in enumerate(members):
             alone = model.of_log(k)
-            single = replace(self.single, effort_delay=self._known_delay(each.name))
             own = (
                 wrong_inertia(alone, kind, log.unit(kind), tuning)
                 or reversed_sign(alone, kind, tuning),
-                single.wrong_delay(each.log, each.motions, alone),
+                self._single_of(each.name).wrong_delay(each.log, each.motions, alone),
                 too_slow_sampling(each.log, each.motions, tuning),
                 unexplained_effort(
                     each.log.log, each.motions, alone, model_rows(alone, kind), tuning
@@ -336,7 +335,7 @@ class JointEstimator:
 
     def _member(self, log: AxisLog) -> _Member:
         """Return a log as prepared, without samples in which its drive saturates."""
-        single = replace(self.single, effort_delay=self._known_delay(log.name))
+        single = self._single_of(log.name)
         found = single.prepared(log)
         motions = slip_motions(found, single.tuning.motion)
         _, _, motions, notes = single.followed(found, motions)
@@ -347,6 +346,10 @@ class JointEstimator:
             notes=(*found.notes, *notes),
             middle=middle,
         )
+
+    def _single_of(self, log: str) -> SelectedModelEstimator:
+        """Return the estimator of one log, with the delay that is known of it."""
+        return replace(self.single, effort_delay=self._known_delay(log))
 
     def _known_delay(self, log: str) -> float | None:
         return self.delays.get(log, self.single.effort_delay)
