@@ -1,8 +1,8 @@
 """Preparation of a log for estimation.
 
-Wrapped angles are continued, the time of lost records is restored, glitches and steps of the
-position are repaired, clipped efforts are marked, and uneven time stamps resampled. Each change is
-counted and stated in a note.
+Time stamps of arrival are replaced, wrapped angles are continued, the time of lost records is
+restored, glitches and steps of the position are repaired, clipped efforts are marked, and uneven
+time stamps resampled. Each change is counted and stated in a note.
 """
 
 from dataclasses import dataclass, field, fields, replace
@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import ndimage
 
+from stickslip.estimation.signals.arrival_times import ArrivalTuning, at_rate_of, with_even_time
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.signals.lost_records import LostRecordTuning, with_lost_time
 from stickslip.estimation.signals.observation import fuse
@@ -58,6 +59,8 @@ class PreparationTuning:
     """Share of the samples [-] at an extreme beyond which the input is switched, not clipped."""
     lost_records: LostRecordTuning = field(default_factory=LostRecordTuning)
     """Tuning of the search for lost records."""
+    arrival: ArrivalTuning = field(default_factory=ArrivalTuning)
+    """Tuning of the test for time stamps of arrival."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,13 +133,13 @@ def repaired(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> RepairedLog:
     """
     if isinstance(log, RepairedLog):
         return log
-    log, close = _without_close_stamps(log, tuning)
+    log, _, timed = _timed(log, tuning)
     marks, clipped = _clipped(log, tuning, "taken as they are")
-    found = _mended(log, tuning)
-    even, changes = resampled(found.log)
+    log, _, mended = _mended(log, tuning)
+    even, changes = resampled(log)
     samples = {each.name: getattr(even, each.name) for each in fields(AxisLog)}
     return RepairedLog(
-        **samples, notes=(*close, *clipped, *found.notes, *changes), clipped=bool(np.any(marks))
+        **samples, notes=(*timed, *clipped, *mended, *changes), clipped=bool(np.any(marks))
     )
 
 
@@ -148,12 +151,10 @@ def prepare(
     The logged effort is ``"held"`` from its time stamp to the next, ``"sampled"`` at its time
     stamp, or the ``"mean"`` since the time stamp before.
     """
-    log, close = _without_close_stamps(log, tuning)
-    clipped, notes = _clipped(log, tuning, "excluded")
-    notes += close
-    mended = _mended(log, tuning)
-    log, marks = mended.log, mended.marks
-    notes += mended.notes
+    log, wrap_period, timed = _timed(log, tuning)
+    clipped, found = _clipped(log, tuning, "excluded")
+    log, marks, mended = _mended(log, tuning)
+    notes = [*timed, *found, *mended]
     lost = np.zeros(len(log), dtype=bool)
     if effort_kind == "mean":  # which is held from the time stamp before
         log, lost = _held_before(log)
@@ -186,40 +187,42 @@ def prepare(
         effort_kind=effort_kind,
         position_noise=fused or max(noise_level(longest), step / float(np.sqrt(12.0))),
         noise_correlation=correlation,
-        wrap_period=mended.period,
+        wrap_period=wrap_period,
         repaired=int(np.sum(marks)),
         clipped=int(np.sum(clipped)),
         notes=tuple(notes),
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Mended:
-    """A log without wraps, glitches and jumps, the samples that were changed, and the period."""
-
-    log: AxisLog
-    marks: Bool[np.ndarray, " n"]
-    period: float
-    notes: list[str]
-
-
-def _mended(log: AxisLog, tuning: PreparationTuning) -> _Mended:
-    """Repair wraps and glitches of all signals, and jumps of the position."""
-    period, notes = 0.0, list[str]()
-    for name in _POSITIONS:
-        log, own, found = _unwrapped(log, name, tuning)
-        period, notes = period or own, notes + found
-    log, found = with_lost_time(log, tuning.lost_records)
-    notes += found
-    log, marks, found = _without_glitches(log, tuning)
-    notes += found
+def _mended(
+    log: AxisLog, tuning: PreparationTuning
+) -> tuple[AxisLog, Bool[np.ndarray, " n"], list[str]]:
+    """Repair glitches of all signals and jumps of the position, and mark the repaired samples."""
+    log, marks, notes = _without_glitches(log, tuning)
     log, jumped, found = _without_jumps(log, tuning)
-    return _Mended(log=log, marks=marks | jumped, period=period, notes=notes + found)
+    return log, marks | jumped, notes + found
 
 
 _POSITIONS = ("measured_position", "measured_load_position")
 _FEW_JUMPS = 3  # steps up to which they need not be equal [-]
 _FEWEST_DIFFERENCES = 50  # of a signal [-]: with fewer, the usual size of a difference is uncertain
+
+
+def _timed(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, list[str]]:
+    """Return the log with the times of its samples, the period by which it wraps, and notes."""
+    period, notes = 0.0, list[str]()
+    for name in _POSITIONS:
+        log, own, found = _unwrapped(log, name, tuning)
+        period, notes = period or own, notes + found
+    even, arrival = with_even_time(log, tuning.arrival)
+    if arrival:
+        restored, lost = with_lost_time(even, replace(tuning.lost_records, arrival=True))
+        if lost:
+            restored = at_rate_of(restored, log.time, tuning.arrival)
+        return restored, period, [*notes, *arrival, *lost]
+    timed, close = _without_close_stamps(log, tuning)
+    restored, lost = with_lost_time(timed, tuning.lost_records)
+    return restored, period, [*notes, *close, *lost]
 
 
 def _without_close_stamps(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, list[str]]:

@@ -253,9 +253,13 @@ def _proposal(
     }
     if isinstance(log, InputError):
         return AxisProposal(name=name, columns=texts, kind=assigned.schema.kind, problem=str(log))
+    from stickslip.estimation.signals.arrival_times import ArrivalTuning, with_even_time
+
+    reasons = () if log.source is None else log.source.assumptions
+    log, arrival = with_even_time(log, ArrivalTuning())
+    reasons = (*reasons, *arrival)
     lag, resolution = effort_lag(log)
     expected, problem = _expected(log, limit)
-    reasons = () if log.source is None else log.source.assumptions
     if limit is not None and log.model_effort is None:
         reasons = (*reasons, _PRESUMED)
     extremes = np.isin(log.effort, [log.effort.min(), log.effort.max()])

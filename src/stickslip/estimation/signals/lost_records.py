@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from stickslip.estimation.signals.resampling import SMALLEST_JITTER
 from stickslip.estimation.signals.sensor_noise import position_noise
-from stickslip.records import AxisLog, count_of
+from stickslip.records import GAP_RATIO, AxisLog, count_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +26,9 @@ class LostRecordTuning:
     fewest: int = 4
     """Fewest places where records are lost [-]: fewer cause small errors, and a few ratios are
     whole by chance."""
+    arrival: bool = False
+    """Whether the times are even in place of those of arrival: they may have gaps, and steps of
+    them as well show where records are lost, so that one place is enough."""
     most_others: float = 0.1
     """Other uneven steps over the places with whole ratios [-]: a position that is delayed by a
     sample in places has as many short steps as long ones."""
@@ -46,11 +49,8 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
     """
     T, x = log.sampling_time, log.measured_position
     steps = np.diff(x)
-    if (
-        log.timing_jitter >= SMALLEST_JITTER
-        or log.segment_starts.size > 1
-        or steps.size < _FEWEST_STEPS
-    ):
+    gaps = log.segment_starts.size > 1 and not tuning.arrival
+    if log.timing_jitter >= SMALLEST_JITTER or gaps or steps.size < _FEWEST_STEPS:
         return log, []
     before, after = _medians(steps, tuning.alike)
     inner = steps[_BESIDE:-_BESIDE]
@@ -65,17 +65,25 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
         lost = certain & (ratios > tuning.least_ratio) & np.isfinite(ratios)
         whole = lost & (np.abs(ratios - np.rint(ratios)) < tuning.whole)
     short = certain & (before * after > 0.0) & (ratios < 1.0 / tuning.least_ratio)
+    one = (np.diff(log.time) < GAP_RATIO * T)[_BESIDE:-_BESIDE]
+    whole, lost, short = whole & one, lost & one, short & one
     places, others = int(np.sum(whole)), int(np.sum(lost & ~whole) + np.sum(short))
-    if places < tuning.fewest or others > tuning.most_others * places:
+    if places < (1 if tuning.arrival else tuning.fewest) or others > tuning.most_others * places:
         return log, []
     missing = np.zeros(len(log))
     missing[_BESIDE + 1 : -_BESIDE][lost] = np.rint(ratios[lost]) - 1.0
     records, gaps = int(np.sum(missing)), int(np.sum(lost))
     note = (
         f"{count_of(records, 'record')} missing in {count_of(gaps, 'place')}, where the position "
-        "moves by several steps at once, although the time stamps are even; later time stamps "
-        "are shifted; record the time stamps as measured"
+        "moves by several steps at once"
     )
+    if tuning.arrival:
+        note += "; later samples are shifted"
+    else:
+        note += (
+            ", although the time stamps are even; later time stamps are shifted; record the time "
+            "stamps as measured"
+        )
     return replace(log, time=log.time + T * np.cumsum(missing)), [note]
 
 
