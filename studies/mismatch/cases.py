@@ -157,6 +157,10 @@ _ALL = (
     _case("unmodelled", "jitter", "sampling jitters, stamps are right", "jitter"),
     _case("unmodelled", "nominal_stamps", "sampling jitters, stamps do not", "nominal_stamps"),
     _case("unmodelled", "noisy_stamps", "stamps jitter, sampling does not", "noisy_stamps"),
+    _case("unmodelled", "grouped_stamps", "stamps of groups of 3-12 samples", "grouped_stamps"),
+    _case(
+        "unmodelled", "rate_stamps", "sampled at 100 Hz, stamps jitter", "rate_100", "noisy_stamps"
+    ),
     _case("unmodelled", "lost_samples", "1 % of samples lost, two gaps", "lost_samples"),
     _case(
         "unmodelled",
@@ -166,6 +170,7 @@ _ALL = (
     ),
     _case("unmodelled", "coarse", "effort of 3-5 bit without noise", "no_noise", "coarse"),
     _case("unmodelled", "gain_step", "gain of the drive changes by 6-25 %", "gain_step"),
+    _case("unmodelled", "gain_loss", "gain falls by 5-25 % at the largest effort", "gain_loss"),
     _case("unmodelled", "short_1s", "log of 1 s", "short_1s"),
     _case("unmodelled", "short_2s", "log of 2 s", "short_2s"),
     _case("unmodelled", "single_speed", "one speed only", "single_speed"),

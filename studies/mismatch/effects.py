@@ -282,6 +282,15 @@ def _gain_step(columns: Columns, setup: Setup, rng: Rng) -> Columns:
     return replace(columns, effort=np.where(later, columns.effort / gain, columns.effort))
 
 
+def _gain_loss(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
+    """Log the current of a motor whose torque constant falls by 5 to 25 % at the largest one."""
+    loss, size = rng.uniform(0.05, 0.25), float(np.max(np.abs(columns.effort)))
+    largest = size / (1.0 - loss)
+    share = np.abs(columns.effort) / largest
+    current = (1.0 - np.sqrt(1.0 - 4.0 * loss * share)) / (2.0 * loss)
+    return replace(columns, effort=np.sign(columns.effort) * current * largest)
+
+
 def _decimated(rate: float) -> Effect:
     every = round(1.0 / (rate * CYCLE))
     return Effect(distort=lambda columns, _setup, _rng: columns.rows(slice(None, None, every)))
@@ -317,8 +326,16 @@ def _nominal_stamps(columns: Columns, _setup: Setup, _rng: Rng) -> Columns:
 
 
 def _noisy_stamps(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
+    period = float(np.median(np.diff(columns.time)))
     error = np.clip(0.1 * rng.standard_normal(columns.time.size), -0.4, 0.4)
-    return replace(columns, time=columns.time + CYCLE * error)
+    return replace(columns, time=columns.time + period * error)
+
+
+def _grouped_stamps(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
+    """Stamp groups of records when the last of each has been taken, 50 µs apart."""
+    record, size = np.arange(columns.time.size), int(rng.integers(3, 13))
+    taken = np.minimum(record // size * size + size - 1, record[-1])
+    return replace(columns, time=columns.time[taken] + 5e-5 * (record % size))
 
 
 def _lost(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
@@ -413,7 +430,9 @@ EFFECTS: dict[str, Effect] = {
     "quantized": Effect(distort=_quantized),
     "coarse": Effect(distort=_coarse),
     "gain_step": Effect(distort=_gain_step),
+    "gain_loss": Effect(distort=_gain_loss),
     "rate_250": _decimated(250.0),
+    "rate_100": _decimated(100.0),
     "rate_50": _decimated(50.0),
     "rate_20": _decimated(20.0),
     "units": Effect(distort=_units),
@@ -422,6 +441,7 @@ EFFECTS: dict[str, Effect] = {
     "jitter": Effect(change=_jittered),
     "nominal_stamps": Effect(change=_jittered, distort=_nominal_stamps),
     "noisy_stamps": Effect(distort=_noisy_stamps),
+    "grouped_stamps": Effect(distort=_grouped_stamps),
     "lost_samples": Effect(distort=_lost),
     "lost_uncounted": Effect(distort=_lost_uncounted),
     "velocity": Effect(distort=_velocity),

@@ -231,3 +231,32 @@ def test_a_sudden_change_is_named(gain: float, friction: float, inertia: float, 
         assert words in found[0]
         instant = float(found[0].split()[2])
         assert instant == pytest.approx(12.0, abs=20.0 / ChangeTuning().instants)
+
+
+@pytest.mark.parametrize(
+    ("loss", "words"),
+    [
+        (0.15, "smaller"),
+        (-0.15, "larger"),
+        (0.03, ""),  # by less than counts
+        (0.0, ""),
+    ],
+)
+def test_a_gain_that_changes_with_the_effort_is_named(loss: float, words: str) -> None:
+    """The effort of a motor is i (1 - loss |i| / i_max), and i is logged."""
+    log, rng = log_of(), np.random.default_rng(1)
+    true = log.effort - 0.02 * rng.standard_normal(len(log))
+    size = np.abs(true) / np.max(np.abs(true)) * (1.0 - loss)
+    per_loss = size if loss == 0.0 else (1.0 - np.sqrt(1.0 - 4.0 * loss * size)) / (2.0 * loss)
+    current = np.sign(true) * per_loss * np.max(np.abs(true)) / (1.0 - loss)
+    estimate = SelectedModelEstimator().fit(
+        replace(log, effort=current + 0.02 * rng.standard_normal(len(log)))
+    )
+    found = [note for note in estimate.diagnostics.notes if "at the largest effort" in note]
+    assert bool(found) == bool(words)
+    assert (estimate.status is Status.MODEL_MISMATCH) == bool(words)
+    if words:
+        amount, unit, direction = found[0].split(" true effort is ")[1].split()[:3]
+        assert (unit, direction) == ("%", words)
+        # The column is the first term of the series of the current in the effort
+        assert float(amount) == pytest.approx(100.0 * abs(loss), abs=3.0)

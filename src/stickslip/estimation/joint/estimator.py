@@ -23,6 +23,7 @@ from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.dwell import RestedLog, with_dwell
 from stickslip.estimation.selection.estimator import SelectedModelEstimator, judged, lacking_terms
 from stickslip.estimation.selection.faults.change import sudden_change
+from stickslip.estimation.selection.faults.nonlinear_gain import nonlinear_gain
 from stickslip.estimation.selection.model import DELAY_TERM, Model
 from stickslip.estimation.selection.model_rows import (
     ModelRows,
@@ -308,6 +309,7 @@ class JointEstimator:
                 coarse_effort(alone, each.motions, log.unit("effort"), tuning),
                 wrong_model(alone, tuning),
                 sudden_change(alone, self.single.tuning.change, each.middle),
+                nonlinear_gain(alone, estimate, self.single.tuning.gain),
             )
             causes += [f"{each.name}: {cause}" for cause in own if cause]
         return causes

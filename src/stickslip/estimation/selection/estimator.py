@@ -20,6 +20,10 @@ from stickslip.estimation.selection.faults.clipping import (
     plateaus,
     without_plateaus,
 )
+from stickslip.estimation.selection.faults.nonlinear_gain import (
+    NonlinearGainTuning,
+    nonlinear_gain,
+)
 from stickslip.estimation.selection.faults.saturation import (
     SaturationTuning,
     saturates,
@@ -110,7 +114,7 @@ class SelectionTuning:
 
     Attributes
     ----------
-    motion, search, clipping, saturation, rival, dwell, intervals, change, plausibility
+    motion, search, clipping, saturation, rival, dwell, intervals, change, gain, plausibility
         Tuning of the stages.
     effort_kind_gain
         Relative decrease of the residual for which an effort with uneven time stamps is taken as
@@ -133,6 +137,7 @@ class SelectionTuning:
     dwell: DwellTuning = field(default_factory=DwellTuning)
     intervals: IntervalTuning = field(default_factory=IntervalTuning)
     change: ChangeTuning = field(default_factory=ChangeTuning)
+    gain: NonlinearGainTuning = field(default_factory=NonlinearGainTuning)
     plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
     effort_kind_gain: float = 0.1
     fewest_samples: int = 10
@@ -410,6 +415,7 @@ class SelectedModelEstimator:
         )
         causes.append(wrong_model(model, self.tuning.plausibility))
         causes.append(sudden_change(model, self.tuning.change))
+        causes.append(nonlinear_gain(model, estimate, self.tuning.gain))
         estimate = self._with_selection(log, motions, model, estimate)
         return Fit(
             estimate=self._with_status(estimate, log.log, driven, model, causes),

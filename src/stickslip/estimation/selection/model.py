@@ -108,6 +108,15 @@ class Model:
             return float(values[at]), 0.0
         return float(values[at + 1]), float(values[at])
 
+    def fitted_effort(self) -> Float[np.ndarray, " n"]:
+        """Return the effort that the fit gives the axis, that of a model included [N or N m]."""
+        columns = self.columns()
+        effort = columns @ least_squares(columns, self.target())
+        effort += self.scaled(self.rows.model_effort)
+        if self.inertia is not None:
+            effort += self.inertia * self.scaled(self.rows.acceleration)
+        return effort
+
     def residual_share(self) -> float:
         """Return the unexplained share of the effort, in rms [-]."""
         columns, target = self.columns(), self.target()

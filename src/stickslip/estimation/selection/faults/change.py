@@ -94,13 +94,11 @@ class _Change:
 
 def _parts(model: Model) -> list[tuple[str, Float[np.ndarray, " n"]]]:
     """Return the parts of the fitted effort that may change, with the words for each."""
-    columns = model.columns()
-    values = least_squares(columns, model.target())
+    values = least_squares(model.columns(), model.target())
     inertia = model.scaled(model.rows.acceleration) * (model.inertia or values[0])
     coulomb, viscous = model.friction()
     friction = model.scaled(coulomb * model.rows.direction + viscous * model.rows.velocity)
-    whole = columns @ values + (inertia if model.inertia is not None else 0.0)
-    return [(_GAIN, whole), (_FRICTION, friction), (_INERTIA, inertia)]
+    return [(_GAIN, model.fitted_effort()), (_FRICTION, friction), (_INERTIA, inertia)]
 
 
 _DRIFTS = ("offset drift", "friction drift", "viscous drift", "gain drift")
