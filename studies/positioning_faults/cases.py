@@ -109,10 +109,10 @@ def _all_mild_axis(plant: Plant, T: float) -> Plant:
     )
 
 
-def _resonance(plant: Plant, _: float) -> Plant:
-    """Put 30 % of the mass behind a spring: 30 Hz, damping of 2 %."""
+def _resonance(plant: Plant, hertz: float) -> Plant:
+    """Put 30 % of the mass behind a spring, with a damping of 2 %."""
     driven, load = 0.7 * plant.mass, 0.3 * plant.mass
-    reduced, frequency = driven * load / plant.mass, 2.0 * np.pi * 30.0
+    reduced, frequency = driven * load / plant.mass, 2.0 * np.pi * hertz
     return plant._replace(
         mass=driven,
         load_mass=load,
@@ -151,7 +151,8 @@ AXIS_CASES = (
             coulomb_positive=1.1 * p.coulomb_positive, coulomb_negative=0.9 * p.coulomb_negative
         ),
     ),
-    Case(name="resonance of the drive, 30 Hz", plant=_resonance),
+    Case(name="resonance of the drive, 30 Hz", plant=lambda p, _: _resonance(p, 30.0)),
+    Case(name="resonance of the drive, 80 Hz", plant=lambda p, _: _resonance(p, 80.0)),
     Case(
         name="delay of 1 sample, presliding of 5 µm",
         plant=lambda p, T: p._replace(actuation_delay=T, presliding=5e-6, presliding_damping=0.3),

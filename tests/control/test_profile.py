@@ -168,3 +168,12 @@ def test_the_shaking_begins_only_where_it_sticks_outside() -> None:
 def test_a_limit_below_static_friction_is_refused() -> None:
     with refuses("effort_below_breakaway", value=120.0, limit=130.0):
         replace(SERVO, effort_limit=120.0)
+
+
+def test_a_delay_that_is_set_gives_the_gains_of_a_servo_for_it() -> None:
+    state, other = SERVO.init(), replace(SERVO, delay=3e-3).init()
+    at.set_delay(at.fields(state), 3e-3)
+    changed, expected = at.fields(state), at.fields(other)
+    assert changed.delay == expected.delay
+    for name in ("K_p", "K_i", "K_d"):
+        assert getattr(changed, name) == pytest.approx(getattr(expected, name), rel=0.1)

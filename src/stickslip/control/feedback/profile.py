@@ -24,7 +24,6 @@ from stickslip.records import (
 
 # Of the feedback
 _LAG = 0.4  # rad at the crossover: of the hold, the delay and two samples of reserve
-_RESERVE = 2.0  # samples of delay that are not known
 _MARGIN = 0.75  # rad of phase at the crossover beside that; 0.2 rad less reach the limit cycle
 _INTEGRAL_RATIO = 5.0  # crossover over that of the integral: faster costs phase, slower time
 # Of the profile
@@ -151,7 +150,7 @@ class ProfileController(PositionController[Float[np.ndarray, " s"]]):
     def feedback(self) -> PIDController:
         """The PID controller whose gains are used."""
         T = self.sampling_time
-        crossover = _LAG / ((0.5 + _RESERVE) * T + self.delay)
+        crossover = _LAG / (at.OWN_DELAY * T + self.delay)
         return PIDController.for_mass(
             sampling_time=T,
             target=self.target,

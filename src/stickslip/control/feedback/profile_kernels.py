@@ -78,6 +78,7 @@ STATE = np.dtype(
 fields = fields_at(STATE)
 SIZE = places(STATE)
 
+OWN_DELAY = 2.5  # samples: half a sample of the hold, and two of reserve
 _BISECTIONS = 40  # of the speed: to a relative 1e-12
 _FASTEST = 0.9  # of the speed at which viscous friction takes all of the effort
 _SMOOTH = 0.1  # t_j over the duration of the trapezoid, at least
@@ -156,6 +157,17 @@ def _trapezoid(s: Any, t: float) -> tuple[float, float, float]:
     if h > 0.0:
         return 0.0, p, area + p * h
     return w, p, area
+
+
+@compiled()
+def set_delay(s: Any, delay: float) -> None:
+    """Set the delay [s]; the crossover is inversely proportional to the total delay."""
+    ratio = (OWN_DELAY * s.period + s.delay) / (OWN_DELAY * s.period + delay)
+    s.K_p *= ratio**2
+    s.K_i *= ratio**3
+    s.K_d *= ratio
+    s.filter_time /= ratio
+    s.delay = delay
 
 
 @compiled()
@@ -266,6 +278,13 @@ def rests_at_target(s: Any) -> bool:
     """Return whether the axis rests within the tolerance."""
     rests = s.phase == SETTLING and s.rested >= s.rest_samples
     return rests and abs(s.target - s.x) <= s.tolerance
+
+
+@compiled()
+def rests_off_target(s: Any) -> bool:
+    """Return whether the axis rests outside the tolerance after the end of the reference."""
+    rests = s.phase == SETTLING and s.rested >= s.rest_samples
+    return rests and abs(s.target - s.x) > s.tolerance
 
 
 @compiled()

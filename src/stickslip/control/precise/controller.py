@@ -99,6 +99,7 @@ _FEWEST = 2  # samples of a rest, where the delay is known
 _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
 _GENTLER, _GENTLEST = 0.5, 1.5  # times that of the last one, if it vibrates again; times friction
 _STAYS, _STAYS_FOR = 100, 0.5  # samples and time [s] at the target: what moves the axis then is new
+_SERVO_ROWS = 8  # fewest measured samples of a move before the servo continues it
 _LEARNED = 2  # samples of motion from which the pulses learn
 
 
@@ -265,6 +266,8 @@ def _rested(p: Any, s: Any, own: Any) -> None:
         exact_choice.give_up(s, own, HELD_FAST)
     elif _moves(p, s, own, abs(s.error)):
         start_move(p, s.rest, s.target, own.values, own.covariance)
+    elif p.rows >= _SERVO_ROWS and servo_allowed(p) and p.held == 0:
+        start_servo(p, own, s.target, s.rest, 0.0)
     else:
         exact_choice.plan(s, own)
         if s.phase != PULSING and own.reason != HELD_FAST and p.pauses < _PAUSES:
@@ -274,7 +277,7 @@ def _rested(p: Any, s: Any, own: Any) -> None:
 @compiled()
 def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
     """Return the effort until the next sample of a move, a braking, a hold or the servo."""
-    u = 0.0
+    u, moved = 0.0, p.moving == MOVE
     if p.moving == SERVO:
         u = servo_effort(p, x) if measured else p.commands[0]
         if p.servo_failed:
@@ -293,6 +296,10 @@ def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
         u = hold(p, m, _mean_friction(own), measured)
     if p.moving == 0:
         _ended(p, s, own)
+        missed = moved and measured and abs(s.target - x) > s.tolerance
+        if missed and p.rows >= _SERVO_ROWS and servo_allowed(p):
+            start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
+            return servo_effort(p, x)
         if moving == HOLDING:  # a load moves it meanwhile
             s.wait = max(s.wait, math.ceil(LETS_GO / p.period))
     return u

@@ -13,9 +13,10 @@ all samples so far,
     J = sum of [innovation^2/S + log S],
 
 whose least is that of the best delay and lag. Innovations count for three standard deviations
-at most, as no axis follows the law exactly. Two deviations from the law are expected, and both are
-alike in many samples of a long move: one of a share of the way, and one of a share of the friction
-in an early part of the move, as by the Stribeck effect.
+at most, as no axis follows the law exactly. What their squares exceed their variances by, on
+average, is added to the latter, as where a resonance swings. Two deviations from the law are
+expected, and both are alike in many samples of a long move: one of a share of the way, and one of a
+share of the friction in an early part of the move, as by the Stribeck effect.
 """
 
 import math
@@ -113,6 +114,9 @@ OWN_DTYPE = np.dtype(
         ("brake_left", "i8"),  # samples of it, or most samples of a push
         ("brake_wait", "i8"),  # samples until it is seen what it has done
         ("servo", SERVO_STATE),
+        ("saturated", "i8"),  # sign of the last effort of the servo at its limit
+        ("swings", "i8"),  # changes of that sign since the axis was last at rest at the target
+        ("patience", "f8"),  # time in which the servo has to bring the axis there [s]
         ("unsettled", "i8"),  # samples of the servo since it was last at rest at the target
         ("servo_failed", "i8"),  # 1 once it has not brought the axis there or not held it there
         ("area", "f8"),  # X
@@ -121,6 +125,7 @@ OWN_DTYPE = np.dtype(
         ("best", "i8"),  # the model in use
         ("mass", "f8"),  # by which a row's noise is that of a sample
         ("rows", "i8"),  # so far
+        ("excess", "f8"),  # variance of positions beyond the expected one: an exponential mean
         ("late", "f8", (LAGS,)),  # samples by which friction counts later under a lag
         ("misfit", "f8", (MODELS,)),  # sum of innovation^2/S
         ("evidence", "f8", (MODELS,)),
@@ -143,6 +148,7 @@ _CERTAIN = 6.0  # such a difference excludes a model
 _ONSET = 6.0  # samples of the motion in which the best model is taken at once
 _DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
 _SIMPLER = 1.0  # evidence against each sample of an unknown lag
+_MEMORY = 0.1  # weight of a sample in that mean: half a period of a resonance of 50 Hz at 1 ms
 _OUTLYING = 9.0  # squared standard deviations
 EXPLAINED = 9.0  # mean squared innovation over its variance: a move that the law explains
 _MOST = 2.0  # factor between a mass and its first guess, during a move
@@ -217,7 +223,7 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
     for h in range(MODELS):
         if p.evidence[h] < p.evidence[p.best]:
             p.best = h
-    p.rows, p.area, p.open = 0, 0.0, 1
+    p.rows, p.area, p.open, p.excess = 0, 0.0, 1, 0.0
 
 
 @compiled(inline=True)
@@ -286,6 +292,8 @@ def learn(p: Any, x: float, measured: bool) -> None:
     alike = max(p.samples / _ALIKE, 1.0)
     rough = p.noise * p.noise + alike * (_ROUGH * x) ** 2
     even = p.mass * p.mass * max(rough, 1e-30)
+    excess = p.mass * p.mass * p.excess
+    in_use, explained = 0.0, 0.0  # innovation of the model in use, and its variance
     friction = 0.5 * _EARLY_FRICTION * p.values[p.best, 1]
     early = max(_EARLY * p.shortest - _NO_EARLY, 0.0) * T
     row, gain = np.empty(ROWS), np.empty(ROWS)
@@ -307,18 +315,23 @@ def learn(p: Any, x: float, measured: bool) -> None:
                     gain[i] += p.covariance[h, i, j] * row[j]
             for i in range(ROWS):
                 variance += row[i] * gain[i]
-            wide = max(variance, innovation * innovation / _OUTLYING)
+            if h == p.best:
+                in_use, explained = innovation, variance
+            wide = max(variance + excess, innovation * innovation / _OUTLYING)
             for i in range(ROWS):
                 p.values[h, i] += gain[i] * innovation / wide
                 for j in range(ROWS):
                     p.covariance[h, i, j] -= gain[i] * gain[j] / wide
-        square = innovation * innovation / variance
-        p.misfit[h] += square
+        p.misfit[h] += innovation * innovation / variance
+        square = innovation * innovation / (variance + excess)
         if square > _OUTLYING:
             square = _OUTLYING * (1.0 + math.log(square / _OUTLYING))
-        p.evidence[h] += square + math.log(variance / R)
+        p.evidence[h] += square + math.log((variance + excess) / (R + excess))
     if measured and p.open:
         p.rows += 1
+        if p.samples - delay_of(p.best) > _ONSET:
+            beyond = max(in_use * in_use - explained, 0.0) / (p.mass * p.mass)
+            p.excess += _MEMORY * (beyond - p.excess)
     p.position = x
 
 

@@ -61,6 +61,9 @@ _SHAKE, _LARGE = 0.03, 0.1  # of the way: one that counts, and one that counts f
 # variance
 _ONCE = 5
 _AGAIN, _LITTLE = 9, 0.8
+# Fewest samples of the motion, and mean squared innovation over its variance, above which a move
+# does not follow the law
+_FEW, _LOST = 8, 36.0
 _SOON = 0.75  # of the shortest time: nearer to the end the servo does not save time
 _SLOW = 6  # samples from one change to the next: feedback can damp what is slower
 WILD = 5  # such innovations after which an axis is left to friction
@@ -350,12 +353,16 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
 
 @compiled()
 def vibrates(p: Any) -> bool:
-    """Return whether a move shows a slow vibration: unexplained innovations change their sign."""
-    if p.moving == BRAKING:
+    """Return whether a move shows a slow vibration, or does not follow the law.
+
+    Unexplained innovations of a vibration change their sign.
+    """
+    if p.moving == BRAKING or p.seen == 0:
         return False
     once = p.reversals > 0 and p.wild >= _ONCE and unexplained(p)
     again = p.reversals > 1 and p.wild >= _AGAIN and p.samples <= _SOON * p.shortest
-    return once or (again and p.misfit[p.best] > _LITTLE * p.rows)
+    lost = p.rows >= _FEW and p.misfit[p.best] > _LOST * p.rows
+    return once or lost or (again and p.misfit[p.best] > _LITTLE * p.rows)
 
 
 @compiled()

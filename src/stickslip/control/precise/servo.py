@@ -14,17 +14,20 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.control.feedback import profile_kernels as profile
 from stickslip.control.feedback.profile import ProfileController
-from stickslip.control.precise.learning import SERVO
+from stickslip.control.precise.learning import SERVO, delay_of, lag_of
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.pulses.exact_state import law_of
 from stickslip.friction import CoulombViscousFriction
 
 _STRONGEST = 0.9  # of the effort limit: friction
 _SURELY = 4.0  # standard deviations of a position: its largest error
-_SHORT = 0.05  # of the tolerance: F T^2/(2 m) at most, the displacement by friction in a sample
+_SHORT = 0.2  # of the tolerance: F T^2/(2 m) at most, the displacement by friction in a sample
 _NOISE = 0.1  # of the effort limit: the effort by noise at most
-# Durations of the profile, and [s]: a servo that has not settled after both has failed
-_LONGEST, _LEAST_TIME = 20.0, 1.0
+# Durations of the first profile, and [s]: a servo that has not settled after both has failed
+_LONGEST, _LEAST_TIME = 8.0, 0.3
+_BLOCKED = 0.1  # error over the travel of the profile [-], above which a resting axis is blocked
+# Changes of sign of a saturated effort without a rest at the target: a servo with more is unstable
+_MOST_SWINGS = 6
 
 
 def servo_for(
@@ -67,19 +70,37 @@ def start_servo(p: Any, own: Any, target: float, x: float, v: float) -> None:
     """Begin with the servo at a position and a velocity, with the law learned so far."""
     s = p.servo
     s.target, s.mass = target, math.exp(own.values[0])
+    seen = (delay_of(p.best) + lag_of(p.best)) * p.period
+    if p.rows > 0 and seen > s.delay:  # noise was not judged for a smaller one
+        profile.set_delay(s, seen)
     for side in range(2):
         _, s.coulomb[side], s.viscous[side] = law_of(own, side)
     profile.begin(s, x, v)
     p.moving, p.unsettled, p.leavings = SERVO, 0, 0
+    p.saturated = p.swings = 0
+    p.patience = max(_LONGEST * profile.duration(s), _LEAST_TIME)
 
 
 @compiled()
 def servo_effort(p: Any, x: float) -> float:
     """Return the effort of the servo until the next sample; it ends with `moving` 0."""
     s = p.servo
+    if profile.rests_off_target(s):
+        profile.begin(s, x, 0.0)
     u = profile.next_effort(s, x, math.nan)
     p.unsettled = 0 if profile.rests_at_target(s) else p.unsettled + 1
-    if p.unsettled * p.period > max(_LONGEST * profile.duration(s), _LEAST_TIME):
+    if abs(u) >= s.effort_limit:
+        sign = 1 if u > 0.0 else -1
+        p.swings += 1 if sign == -p.saturated else 0
+        p.saturated = sign
+    elif p.unsettled == 0:
+        p.swings = 0
+    blocked = s.rested >= s.rest_samples and abs(s.e) > _BLOCKED * abs(s.target - s.start)
+    if (
+        p.unsettled * p.period > p.patience
+        or (blocked and p.unsettled > 0)
+        or p.swings > _MOST_SWINGS
+    ):
         p.moving, p.servo_failed = 0, 1
         return 0.0
     return u
