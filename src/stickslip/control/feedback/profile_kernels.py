@@ -274,17 +274,21 @@ def next_effort(s: Any, x: float, velocity: float) -> float:
 
 
 @compiled()
+def _has_ended(s: Any) -> bool:
+    """Return whether the axis rests after the end of the reference."""
+    return s.phase == SETTLING and s.rested >= s.rest_samples
+
+
+@compiled()
 def rests_at_target(s: Any) -> bool:
     """Return whether the axis rests within the tolerance."""
-    rests = s.phase == SETTLING and s.rested >= s.rest_samples
-    return rests and abs(s.target - s.x) <= s.tolerance
+    return _has_ended(s) and abs(s.target - s.x) <= s.tolerance
 
 
 @compiled()
 def rests_off_target(s: Any) -> bool:
     """Return whether the axis rests outside the tolerance after the end of the reference."""
-    rests = s.phase == SETTLING and s.rested >= s.rest_samples
-    return rests and abs(s.target - s.x) > s.tolerance
+    return _has_ended(s) and abs(s.target - s.x) > s.tolerance
 
 
 @compiled()

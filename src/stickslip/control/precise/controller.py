@@ -248,6 +248,12 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
 
 
 @compiled()
+def _servo_continues(p: Any) -> bool:
+    """Return whether the servo continues a move that has not ended at the target."""
+    return p.rows >= _SERVO_ROWS and servo_allowed(p)
+
+
+@compiled()
 def _rested(p: Any, s: Any, own: Any) -> None:
     """Learn from the last pulse once the axis has come to rest, and begin a move or a pulse."""
     if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
@@ -266,7 +272,7 @@ def _rested(p: Any, s: Any, own: Any) -> None:
         exact_choice.give_up(s, own, HELD_FAST)
     elif _moves(p, s, own, abs(s.error)):
         start_move(p, s.rest, s.target, own.values, own.covariance)
-    elif p.rows >= _SERVO_ROWS and servo_allowed(p) and p.held == 0:
+    elif _servo_continues(p) and p.held == 0:
         start_servo(p, own, s.target, s.rest, 0.0)
     else:
         exact_choice.plan(s, own)
@@ -297,7 +303,7 @@ def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
     if p.moving == 0:
         _ended(p, s, own)
         missed = moved and measured and abs(s.target - x) > s.tolerance
-        if missed and p.rows >= _SERVO_ROWS and servo_allowed(p):
+        if missed and _servo_continues(p):
             start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
             return servo_effort(p, x)
         if moving == HOLDING:  # a load moves it meanwhile

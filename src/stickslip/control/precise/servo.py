@@ -96,11 +96,8 @@ def servo_effort(p: Any, x: float) -> float:
     elif p.unsettled == 0:
         p.swings = 0
     blocked = s.rested >= s.rest_samples and abs(s.e) > _BLOCKED * abs(s.target - s.start)
-    if (
-        p.unsettled * p.period > p.patience
-        or (blocked and p.unsettled > 0)
-        or p.swings > _MOST_SWINGS
-    ):
+    slow = p.unsettled * p.period > p.patience
+    if slow or (blocked and p.unsettled > 0) or p.swings > _MOST_SWINGS:
         p.moving, p.servo_failed = 0, 1
         return 0.0
     return u

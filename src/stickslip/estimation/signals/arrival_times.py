@@ -30,16 +30,15 @@ class ArrivalTuning:
     """Ratio of the 90 % to the 10 % quantile of the steps of the position [-], below which the log
     may have one record for each change of the position."""
     period_span: int = 100
-    """Fewest samples between the time stamps whose difference gives a first period [-]: the jitter
-    of a step is its error times this number."""
+    """Fewest samples between the time stamps whose difference gives a first period [-], of which
+    the error is the jitter over this number."""
     spans: int = 20  #: Such differences that fit into the log one after another, at most [-].
     beside_gap: int = 100
     """Samples on either side of a gap [-], whose median deviations differ by what is missing. A
     slow transport shifts a few time stamps only."""
     moving: float = 0.05  #: Least speed of a moving axis over the 95 % quantile [-].
-    fewest_of_move: int = (
-        20  #: Samples of a move that measures the rate [-]: jitter is small in it.
-    )
+    fewest_of_move: int = 20
+    """Samples of a move that measures the rate [-]: jitter is small beside its duration."""
 
 
 def with_even_time(log: AxisLog, tuning: ArrivalTuning) -> tuple[AxisLog, list[str]]:
@@ -56,6 +55,9 @@ def with_even_time(log: AxisLog, tuning: ArrivalTuning) -> tuple[AxisLog, list[s
     tuning
         Tuning of the test.
     """
+    steps = np.diff(log.time)
+    if np.ptp(steps) <= SMALLEST_JITTER * np.mean(steps):
+        return log, []
     sizes = np.abs(np.diff(log.measured_position))
     sizes = sizes[sizes > 0.0]
     if len(log) < 2 * tuning.fewest or sizes.size < tuning.fewest:

@@ -43,14 +43,15 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
     Parameters
     ----------
     log
-        Returned as it is if its time stamps jitter or have gaps, or if no records are lost.
+        Returned as it is if its time stamps jitter, if they have gaps without being those of
+        arrival, or if no records are lost.
     tuning
         Tuning of the search.
     """
     T, x = log.sampling_time, log.measured_position
     steps = np.diff(x)
-    gaps = log.segment_starts.size > 1 and not tuning.arrival
-    if log.timing_jitter >= SMALLEST_JITTER or gaps or steps.size < _FEWEST_STEPS:
+    measured = log.segment_starts.size > 1 and not tuning.arrival
+    if log.timing_jitter >= SMALLEST_JITTER or measured or steps.size < _FEWEST_STEPS:
         return log, []
     before, after = _medians(steps, tuning.alike)
     inner = steps[_BESIDE:-_BESIDE]
