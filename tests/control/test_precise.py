@@ -282,7 +282,7 @@ def test_a_push_is_estimated_by_a_kalman_filter() -> None:
     """Against the filter in matrices, of a mass under a known effort and a force that walks."""
     state = PRECISE.init()
     p, generator = at.own_fields(state), np.random.default_rng(3)
-    p.past[:] = [3e-5, 1e-5, 0.0, 0.0]
+    p.past[:2] = [3e-5, 1e-5]
     braking.start_holding(p, MASS, 50.0)
     A = np.array([[1.0, T, 0.5 * T * T / MASS], [0.0, 1.0, T / MASS], [0.0, 0.0, 1.0]])
     B = np.array([0.5 * T * T / MASS, T / MASS, 0.0])
@@ -315,7 +315,7 @@ def test_the_speed_of_braking_counts_the_last_commands() -> None:
         v += effort / MASS * T
     braking.remember(p, x)
     p.way = 1.0
-    assert braking.speed_now(p, MASS, 0.0) == pytest.approx(v)
+    assert braking.speed_now(p, MASS, 0.0, len(efforts)) == pytest.approx(v)
 
 
 @pytest.mark.parametrize("target", [0.01, -0.01])
@@ -437,3 +437,59 @@ def test_friction_that_falls_with_speed_teaches_no_wrong_mass(stribeck_velocity:
     )
     assert controller.outcome(run.controller_state) is PositioningOutcome.REACHED
     assert controller.estimates(run.controller_state)["mass"] == pytest.approx(MASS, rel=0.1)
+
+
+def two_masses(
+    controller: PreciseController, masses: tuple[float, float], frequency: float, friction: float
+) -> list[float]:
+    """Return the positions of a mass with friction, on which another swings, for 2 s.
+
+    Semi-implicit steps of 20 us; the mass sticks where it would turn round and friction holds it.
+    """
+    T, h = controller.sampling_time, 2e-5
+    m, M = masses
+    k = (2.0 * np.pi * frequency) ** 2 * m * M / (m + M)
+    d = 0.1 * np.sqrt(k * m * M / (m + M))  # 5 % of the critical damping
+    x = v = y = w = 0.0
+    state, positions = controller.init(), [0.0]
+    for i in range(round(2.0 / T)):
+        sample = SensorSample(i * T, 1e-6 * round(x / 1e-6), nan, nan, nan)
+        state, effort = controller.step(state, sample)
+        for _ in range(round(T / h)):
+            spring = k * (x - y) + d * (v - w)
+            net = effort - spring
+            if v == 0.0 and abs(net) <= friction:
+                after = 0.0
+            else:
+                after = v + h * (net - float(np.copysign(friction, v if v else net))) / m
+                after = 0.0 if after * v < 0.0 else after
+            v = after
+            w += h * spring / M
+            x, y = x + h * v, y + h * w
+        positions.append(x)
+    return positions
+
+
+@pytest.mark.parametrize(
+    ("sampling_time", "frequency", "share"),
+    [(2e-3, 48.0, 0.48), (2e-3, 70.0, 0.35), (5e-3, 40.0, 0.48), (5e-3, 110.0, 0.3)],
+)
+def test_an_axis_that_vibrates_under_thirty_times_its_friction_lands(
+    sampling_time: float, frequency: float, share: float
+) -> None:
+    """To hold it against its vibration once drove it from its travel."""
+    F, m, target = 4.0, 2.0, 0.04
+    guess = CoulombViscousFriction.symmetric(coulomb_friction=1.1 * F, viscous_friction=1.0)
+    pulses = replace(
+        PULSES,
+        sampling_time=sampling_time,
+        target=target,
+        effort_limit=30.0 * F,
+        mass=1.08 * m,
+        friction=guess,
+    )
+    positions = two_masses(
+        PreciseController(pulses=pulses), ((1.0 - share) * m, share * m), frequency, F
+    )
+    assert positions[-1] == pytest.approx(target, abs=2e-5)
+    assert -0.5 * target < min(positions) <= max(positions) < 2.0 * target

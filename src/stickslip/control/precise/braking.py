@@ -1,11 +1,16 @@
 """Braking of an axis whose motion no plan explains, and holding of one that is pushed.
 
 The speed of braking is that of the last three samples together, which a vibration behind the axis
-disturbs little, and what the commands since then have changed. Braking holds the effort that takes
-this speed away for three samples or more, and then estimates the speed again: feedback in each
-sample would excite the vibration. A push is short, and changes faster: its force is estimated in
-each sample, and the effort opposes it and the speed. An axis that has stopped is held by friction,
-whatever the estimate: it changes its sign where the axis would turn round.
+disturbs little, and what the commands since then have changed. Of an axis that is known to vibrate
+it is that of a longer time. Right after a move that a vibration disturbs it is also known by
+the impulse and the mass, and the mean of both has weights by their variances. Braking holds the
+effort that takes this speed away for three samples or more, and then estimates the speed again:
+feedback in each sample would excite the vibration.
+
+A push is short, and changes faster: its force is estimated in each sample, and the effort opposes
+it and the speed. Where this effort turns again and again it excites a vibration: the axis is
+braked, and not held, until it is at rest. An axis that has stopped is held by friction, whatever
+the estimate: it changes its sign where the axis would turn round.
 """
 
 import math
@@ -18,10 +23,14 @@ from stickslip.control.precise.learning import (
     BRAKING,
     HISTORY,
     HOLDING,
+    KEPT,
     PAST,
-    SHAKES,
+    ROWS,
+    TAUGHT,
     delay_of,
+    direction,
     lag_of,
+    model,
     unexplained,
     variance_of,
 )
@@ -31,6 +40,9 @@ _TRANSITION = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])  # o
 _WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 
 _SAMPLES = 3  # the shortest braking
+# Time of the speed of an axis that vibrates: a period of 50 Hz [s]; and samples at least
+_SWING, _FEWEST = 0.02, 5
+_FAR = 0.2  # of the way of a move: an axis that goes on so far is not observed any longer
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
 PUSHES = 2  # brakings from one rest to the next: an axis that still accelerates is held
@@ -65,10 +77,10 @@ _EVEN = 0.7  # of the way of three samples is that of each at most; from rest it
 @compiled()
 def remember(p: Any, x: float) -> None:
     """Keep a position, and where the axis began to move without effort in its direction."""
-    for k in range(PAST - 1, 0, -1):
+    for k in range(KEPT - 1, 0, -1):
         p.past[k] = p.past[k - 1]
     p.past[0] = x
-    p.past_count = min(p.past_count + 1, PAST)
+    p.past_count = min(p.past_count + 1, KEPT)
     acted = p.past_count < PAST
     for k in range(min(math.ceil(delay_of(p.best) + lag_of(p.best)) + PAST, HISTORY)):
         acted = acted or p.commands[k] != 0.0
@@ -79,16 +91,41 @@ def remember(p: Any, x: float) -> None:
 
 
 @compiled()
-def _speed(p: Any, m: float) -> float:
-    """Return the velocity over the last positions; a jump counts as the largest possible speed."""
-    if p.past_count < PAST:
+def _steps(p: Any) -> int:
+    """Return over how many samples the speed of braking is taken."""
+    if p.swung or p.shaken or p.shakes:
+        return min(max(math.ceil(_SWING / p.period), _FEWEST), KEPT - 1)
+    return PAST - 1
+
+
+@compiled()
+def _speed(p: Any, m: float, n: int) -> float:
+    """Return the velocity over the last n samples; a jump counts as the largest possible speed."""
+    if p.past_count <= n:
         return 0.0
     fastest = math.sqrt(p.limit * max(p.way, p.limit * p.period * p.period / m) / m) * p.period
     total = 0.0
-    for k in range(PAST - 1):
+    for k in range(n):
         step = p.past[k] - p.past[k + 1]
         total += min(max(step, -fastest), fastest)
-    return total / ((PAST - 1) * p.period)
+    return total / (n * p.period)
+
+
+@compiled()
+def _by_impulse(p: Any) -> tuple[float, float]:
+    """Return the velocity of a move by its impulse and its mass, and the variance.
+
+    A commanded effort that has not acted yet is left out.
+    """
+    h = p.best
+    m, F, c = model(p)
+    tau = max((p.samples - 1 - delay_of(h)) * p.period, 0.0)
+    v = (p.once[h] - max(F, 0.0) * tau - c * p.position - p.values[h, TAUGHT]) / m
+    row, variance = (v, tau, p.position, 1.0), 0.0
+    for i in range(ROWS):
+        for j in range(ROWS):
+            variance += row[i] * p.covariance[h, i, j] * row[j]
+    return direction(p) * max(v, 0.0), variance * max(p.misfit[h] / max(p.rows, 1), 1.0) / (m * m)
 
 
 @compiled()
@@ -150,8 +187,8 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     faster = faster and abs(new + old) > _VISIBLE * p.noise
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= _STRONGEST * p.limit * p.period * p.period
-    steady = p.shaken == 0 and (p.fast == 0 or p.turns <= _TURNS)
-    may = p.held > 0 or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
+    steady = p.shaken == 0 and p.swung == 0 and (p.fast == 0 or p.turns <= _TURNS)
+    may = (p.held > 0 and p.swung == 0) or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
     return (faster or jumps) and may and p.past_count >= PAST and _runs(p, m, F, new / p.period)
 
 
@@ -304,28 +341,37 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
     noise = math.sqrt(p.spread[1, 1]) * force / (_NOISY * p.limit)
     slower = max(noise, 1.0) + (_SLOWER * max(p.turns - _TURNS, 0) if p.loaded else 0.0)
     u = -_GAIN / slower * m * v / T - push
-    strong = max(F, min(_WILD * p.noise * force, _CLEAR * p.limit))
+    strong = max(0.0 if p.shaken else F, min(_WILD * p.noise * force, _CLEAR * p.limit))
     p.turns += 1 if u * p.brake < 0.0 and abs(u) > strong else 0
     if p.turns > _TURNS and p.loaded == 0:
         p.held, p.moving = 0, 0
+        p.brakings = 0 if p.swung == 0 else p.brakings
+        p.swung = 1
         return 0.0
     return _held(p, u)
 
 
 @compiled()
-def speed_now(p: Any, m: float, F: float) -> float:
-    """Return the velocity in the sample: that over the last three samples, and what followed.
+def speed_now(p: Any, m: float, F: float, n: int) -> float:
+    """Return the velocity in the sample: that over the last n samples, and what followed.
 
-    Of an acceleration a in the last sample but j that mean lacks a T (5 - 2 j)/6, and a T of a
-    command that has not arrived.
+    Of an acceleration a in the last sample but j that mean lacks a T [1 - (j + 1/2)/n], and a T of
+    a command that has not arrived.
     """
-    v, T = _speed(p, m), p.period
-    v -= math.copysign(min(1.5 * F * T / m, abs(v)), v)
+    v, T = _speed(p, m, n), p.period
+    v -= math.copysign(min(0.5 * n * F * T / m, abs(v)), v)
     delay = int(delay_of(p.best) + lag_of(p.best) + 0.5)
-    impulse = 0.0
-    for j in range(min(delay + PAST - 1, HISTORY)):
-        impulse += p.commands[j] * T * (1.0 if j < delay else (5.0 - 2.0 * (j - delay)) / 6.0)
-    return v + impulse / m
+    coming = 0.0
+    for j in range(min(delay + n, HISTORY)):
+        if j < delay:
+            coming += p.commands[j] * T / m
+        else:
+            v += (1.0 - (j - delay + 0.5) / n) * p.commands[j] * T / m
+    if p.shakes and p.moving == BRAKING and p.brakings == 0 and p.unslowed == 0:
+        other, variance = _by_impulse(p)
+        swings = 2.0 * (max(p.excess, p.off * p.off) + variance_of(p)) / (n * T) ** 2
+        v += (other - v) * swings / (swings + variance)
+    return v + coming
 
 
 @compiled()
@@ -336,15 +382,19 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
         return p.brake
     if not measured:
         return 0.0
+    n = _steps(p)
     if p.brake_wait > 0:
         p.brake_wait -= 1
-        return 0.0
+        seen = n - p.brake_wait
+        if seen < PAST - 1 or abs(p.past[0] - p.past[seen]) < _FAR * p.way:
+            return 0.0
+        n, p.brake_wait = seen, 0
     slowing = 0.0 if p.unslowed else F
-    v = speed_now(p, m, slowing)
+    v = speed_now(p, m, slowing, n)
     if p.brakings >= _MOST or not (p.unslowed or _runs(p, m, F, v)):
         p.moving = 0
         return 0.0
-    steady = p.shaken == 0 and p.shakes < SHAKES and p.holds == 0
+    steady = p.shaken == 0 and p.shakes == 0 and p.holds == 0 and p.swung == 0
     if steady and p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed:
         p.held = max(p.held, 1)
         start_holding_moving(p, m)
@@ -356,5 +406,5 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     p.unslowed = 0
     p.brake = math.copysign(min(u, p.limit), -v)
     p.brake_left = n - 1
-    p.brake_wait = math.ceil(delay_of(p.best) + lag_of(p.best)) + PAST - 1
+    p.brake_wait = math.ceil(delay_of(p.best) + lag_of(p.best)) + _steps(p)
     return p.brake

@@ -100,6 +100,7 @@ _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
 _GENTLER, _GENTLEST = 0.5, 1.5  # times that of the last one, if it vibrates again; times friction
 _STAYS, _STAYS_FOR = 100, 0.5  # samples and time [s] at the target: what moves the axis then is new
 _SERVO_ROWS = 8  # fewest measured samples of a move before the servo continues it
+_BRAKED = 1.5  # ratio of the displacements of pulses before and after one that has to be braked
 _LEARNED = 2  # samples of motion from which the pulses learn
 
 
@@ -164,7 +165,7 @@ def _wait(s: Any) -> None:
 @compiled()
 def _ended(p: Any, s: Any, own: Any) -> None:
     """Update the model of the pulses by that of a move, and wait for rest."""
-    explained = p.misfit[p.best] <= EXPLAINED * p.rows and p.wild <= WILD
+    explained = p.misfit[p.best] <= EXPLAINED * p.rows and (p.wild <= WILD or p.shakes == 0)
     if p.seen and explained and p.rows >= _LEARNED:
         side = p.backward
         before = law_of(own, side)[1]
@@ -235,16 +236,20 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
         _calm(p, own)
         start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
         return
+    if s.pending:  # a pulse that is braked is not learned from
+        side = 1 if s.error < 0.0 else 0
+        own.share[side] = min(own.share[side] * _BRAKED, exact_learning.LARGEST_SHARE)
     p.held = max(p.held, RELEASES) if falls else p.held
-    if runs and s.phase == RESTING and p.held == 0:
+    if runs and s.phase == RESTING and p.held == 0 and p.shaken == 0:
         start_holding(p, m, _mean_friction(own))
-    elif p.held or p.brakings >= PUSHES:
+    elif (p.held or p.brakings >= PUSHES) and p.swung == 0:
         start_holding_moving(p, m)
     else:
         start_braking(p)
         p.unslowed = 1
-    p.seen = p.wild = p.moves = p.pauses = 0
-    p.last_error = math.inf
+    p.seen = p.wild = p.pauses = 0
+    if s.phase == RESTING or p.held:  # it does not go on after a move of its own
+        p.moves, p.last_error = 0, math.inf
 
 
 @compiled()
@@ -258,7 +263,7 @@ def _rested(p: Any, s: Any, own: Any) -> None:
     """Learn from the last pulse once the axis has come to rest, and begin a move or a pulse."""
     if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
         p.leavings = 0  # friction or bristles have stopped it
-    p.brakings = p.held = p.turns = 0
+    p.brakings = p.held = p.turns = p.swung = 0
     p.holds = 0 if s.outcome == REACHED else p.holds
     if s.fresh:
         exact_learning.learn(s, own)

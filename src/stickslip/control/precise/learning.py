@@ -34,10 +34,11 @@ PER_SAMPLE = 4.0  # delays a sample
 LAG_STEP = 0.5  # samples
 MODELS = DELAYS * LAGS
 LONGEST_DELAY = (DELAYS - 1) / PER_SAMPLE
-HISTORY = 12  # commands kept, more than the longest delay
+HISTORY = 26  # commands kept: the longest delay, and those of a speed
 ROWS = 4  # m, F, c, g
 TAUGHT = 3
-PAST = 4  # positions kept
+PAST = 4  # positions of which a speed is that of
+KEPT = 17  # positions kept: those of the speed of an axis that swings
 SHAKES = 3  # changes of the sign of wild innovations: the axis vibrates
 
 # A move; braking after one that no plan explains; a push; the servo, once the axis vibrates
@@ -89,7 +90,7 @@ OWN_DTYPE = np.dtype(
         ("p_xv", "f8"),
         ("p_vv", "f8"),
         ("position", "f8"),  # last one, as measured
-        ("past", "f8", (PAST,)),  # the last positions of all, as measured; the latest is the first
+        ("past", "f8", (KEPT,)),  # the last positions of all, as measured; the latest is the first
         ("past_count", "i8"),  # of them so far
         ("free_x", "f8"),  # position from which on no effort has acted and the axis has not turned
         ("free_v", "f8"),  # speed there
@@ -103,6 +104,7 @@ OWN_DTYPE = np.dtype(
         ("side", "i8"),  # to which it left it: 1 or -1
         ("holds", "i8"),  # since it was at rest at the target
         ("turns", "i8"),  # of the effort against a push
+        ("swung", "i8"),  # 1 if it turned too often, as by a vibration, until the axis is at rest
         ("motion", "f8", (3,)),  # x, v T and d T^2/m of an axis that a force d pushes
         ("spread", "f8", (3, 3)),  # their covariance
         ("held", "i8"),  # how often a push was held since the axis was at rest
@@ -371,18 +373,35 @@ def unexplained(p: Any) -> bool:
 
 
 @compiled()
+def physical(p: Any) -> tuple[float, float, float]:
+    """Return m, F and c of the model in use, given that c is not negative.
+
+    A Gaussian whose c is fixed at 0 has the means m - P_mc c/P_cc and F - P_Fc c/P_cc.
+    """
+    h = p.best
+    c = p.values[h, 2]
+    k = min(c, 0.0) / max(p.covariance[h, 2, 2], 1e-300)
+    return (
+        p.values[h, 0] - k * p.covariance[h, 0, 2],
+        p.values[h, 1] - k * p.covariance[h, 1, 2],
+        max(c, 0.0),
+    )
+
+
+@compiled()
 def model(p: Any) -> tuple[float, float, float]:
     """Return m, F and c of the model in use, within what is possible.
 
     A load to the side of the move that exceeds friction makes F negative, which has to be certain.
     """
     h = p.best
-    m = min(max(p.values[h, 0], p.mass / _MOST), p.mass * _MOST)
-    F, most = p.values[h, 1], _STRONGEST * p.limit
+    m, F, c = physical(p)
+    m = min(max(m, p.mass / _MOST), p.mass * _MOST)
+    most = _STRONGEST * p.limit
     scale = max(p.misfit[h] / max(p.rows, 1), 1.0)
     certain = _OUTLYING * scale * p.covariance[h, 1, 1] < F * F
-    least = -most if certain else 0.0
-    return m, min(max(F, least), most), max(p.values[h, 2], 0.0)
+    least = -most if certain and p.shaken == 0 else 0.0
+    return m, min(max(F, least), most), c
 
 
 @compiled()
@@ -394,6 +413,7 @@ def teach(p: Any, values: Any, covariance: Any) -> None:
     K = P_(.s) P_s^-1: what the move has not seen follows as far as it depends on what it has.
     """
     side, h = p.backward, p.best
+    p.values[h, 0], p.values[h, 1], p.values[h, 2] = physical(p)
     for i in range(TAUGHT):
         if p.values[h, i] <= 0.0:
             p.values[h, i] = _LEAST * math.exp(values[place(side, i)])

@@ -50,7 +50,7 @@ _WIDENING, _WIDENINGS = 100.0, 4  # of its variance, and so often at most
 _ROUNDED = 1e-12  # of a variance: none
 _SMALL = 0.1  # of the Coulomb friction: viscous friction that hardly counts
 _HEAVIER, _STICKIER = 1.5, 10.0  # factors of mass and friction from those that a move has taught
-_LEAST_SHARE, _LARGEST_SHARE = 0.5, 8.0  # of a predicted displacement that is achieved
+_LEAST_SHARE, LARGEST_SHARE = 0.5, 8.0  # of a predicted displacement that is achieved
 _SHARED = 0.7  # part of a deviation that a share takes over
 _MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
 _NEAR_LONGER = 4.0  # of the next pulse's width where the law does not hold but gives the direction
@@ -301,7 +301,7 @@ def _fit(s: Any, own: Any) -> None:
             if s.last.predicted != 0.0:
                 achieved = max(s.last.achieved / s.last.predicted, _LEAST_SHARE)
                 share = own.share[side] * achieved**_SHARED
-                own.share[side] = min(max(share, _LEAST_SHARE), _LARGEST_SHARE)
+                own.share[side] = min(max(share, _LEAST_SHARE), LARGEST_SHARE)
             for i in range(VISCOUS, n):
                 for j in range(VISCOUS, n):
                     Q[i, j] = own.covariance[i, j]
