@@ -6,7 +6,7 @@ from jaxtyping import Float
 from two_sines import Motion, log_of, plain_effort
 
 from stickslip.estimation.selection.estimator import SelectedModelEstimator, SelectionTuning
-from stickslip.estimation.selection.search import SearchTuning
+from stickslip.estimation.selection.search.tuning import SearchTuning
 from stickslip.records import AxisLog
 
 

@@ -11,7 +11,8 @@ from jaxtyping import Float
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
 from stickslip.estimation.selection.faults.change import ChangeTuning
 from stickslip.estimation.selection.faults.clipping import ClippingTuning, plateaus
-from stickslip.estimation.selection.search import SearchTuning, scanned_delay
+from stickslip.estimation.selection.search.delay import scanned_delay
+from stickslip.estimation.selection.search.tuning import SearchTuning
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.records import AxisLog, FrictionEstimate, Status
 

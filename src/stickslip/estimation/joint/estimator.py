@@ -46,12 +46,8 @@ from stickslip.estimation.selection.plausibility import (
     wrong_model,
 )
 from stickslip.estimation.selection.rival_law import rival_laws, rival_note, rival_shifts
-from stickslip.estimation.selection.search import (
-    noisy_elasticity,
-    search,
-    window_weight,
-    with_terms,
-)
+from stickslip.estimation.selection.search.forward import search, with_terms
+from stickslip.estimation.selection.search.windows import noisy_elasticity, window_weight
 from stickslip.estimation.selection.summary import selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,

@@ -21,7 +21,7 @@ from scipy.special import stdtr, stdtrit
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.evaluation.prediction import effort_at_rest
-from stickslip.estimation.selection.search import SearchTuning
+from stickslip.estimation.selection.search.tuning import SearchTuning
 from stickslip.estimation.selection.terms import DWELL
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
 from stickslip.records import (

@@ -65,14 +65,13 @@ from stickslip.estimation.selection.rival_law import (
     rival_note,
     rival_shifts,
 )
-from stickslip.estimation.selection.search import (
-    SearchTuning,
+from stickslip.estimation.selection.search.delay import scanned_delay
+from stickslip.estimation.selection.search.forward import search, with_terms
+from stickslip.estimation.selection.search.tuning import SearchTuning
+from stickslip.estimation.selection.search.windows import (
     half_width,
     noisy_elasticity,
-    scanned_delay,
-    search,
     window_weight,
-    with_terms,
 )
 from stickslip.estimation.selection.summary import EFFORT_KINDS, selection_of
 from stickslip.estimation.selection.terms import (

@@ -95,6 +95,10 @@ class Model:
             slope += 0.5 * self.inertia * self.scaled(change)
         return slope
 
+    def with_term(self, term: Term, shape: Shape) -> "Model":
+        """Return the model with a further term."""
+        return replace(self, chosen=(*self.chosen, (term, shape)))
+
     def columns(self, without: str = "") -> Float[np.ndarray, "n p"]:
         """Return all columns, or those without one term."""
         kept = [self.term_columns(t, s) for t, s in self.chosen if t.name != without]

@@ -15,7 +15,7 @@ from stickslip.estimation.fit.rows import (
 )
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model import Model, smallest_ratio
-from stickslip.estimation.selection.search import SearchTuning
+from stickslip.estimation.selection.search.tuning import SearchTuning
 from stickslip.estimation.selection.terms import DELAY, DIRECTION
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
 from stickslip.estimation.weak_form.rows import Column

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model import DELAY_TERM, Model, testable
 from stickslip.estimation.selection.model_rows import ModelRows, model_rows
-from stickslip.estimation.selection.search import SearchTuning
+from stickslip.estimation.selection.search.tuning import SearchTuning
 from stickslip.estimation.selection.significance import significance
 from stickslip.estimation.selection.terms import MODEL_SCALE
 from stickslip.estimation.signals.kinematics import noise_level

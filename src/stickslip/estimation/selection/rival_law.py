@@ -10,7 +10,8 @@ from stickslip.estimation.fit.intervals import robust_uncertainty
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model, smallest_ratio
 from stickslip.estimation.selection.model_rows import ModelRows
-from stickslip.estimation.selection.search import BENDS, best_shape, refined
+from stickslip.estimation.selection.search.forward import BENDS
+from stickslip.estimation.selection.search.shapes import best_shape, refined
 from stickslip.estimation.selection.terms import Term, two_thirds_term
 
 
@@ -151,8 +152,7 @@ def _with_terms(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Mod
         fits = best_shape(model, term, model.basis())
         if fits is None:
             return None
-        chosen = (*model.chosen, (term, fits[0]))
-        model = replace(model, chosen=chosen)
+        model = model.with_term(term, fits[0])
         if term.family is not None:
             model = refined(model)
     if model.rows.size <= model.columns().shape[1] + 1:

@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.prepare import PreparedLog, prepare
-from stickslip.estimation.selection.search import SearchTuning, half_width
+from stickslip.estimation.selection.search.tuning import SearchTuning
+from stickslip.estimation.selection.search.windows import half_width
 from stickslip.estimation.weak_form.motion import (
     MotionTuning,
     SlipMotion,
