@@ -12,7 +12,7 @@ from numba import njit
 from stickslip import compare_log
 from stickslip.estimation import JointEstimator, predict_effort
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
-from stickslip.estimation.selection.rival_law import rival_laws
+from stickslip.estimation.selection.intervals.rival_law import rival_laws
 from stickslip.records import AxisLog, FrictionEstimate, Status
 
 MASS, COULOMB, VISCOUS, OFFSET = 2.0, 3.0, 10.0, 0.2

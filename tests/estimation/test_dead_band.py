@@ -5,8 +5,9 @@ import pytest
 from jaxtyping import Float
 from two_sines import Motion, log_of, plain_effort
 
-from stickslip.estimation.selection.estimator import SelectedModelEstimator, SelectionTuning
+from stickslip.estimation.selection.estimator import SelectedModelEstimator
 from stickslip.estimation.selection.search.tuning import SearchTuning
+from stickslip.estimation.selection.tuning import SelectionTuning
 from stickslip.records import AxisLog
 
 

@@ -17,7 +17,7 @@ from stickslip import identify, write_csv
 from stickslip.estimation import JointEstimator, SelectedModelEstimator, predict_effort
 from stickslip.estimation.fit.intervals import robust_uncertainty
 from stickslip.estimation.joint.consistency import ConsistencyTuning, compared
-from stickslip.estimation.joint.estimator import difference_text
+from stickslip.estimation.joint.summary import difference_text
 from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.significance import Basis, significance
 from stickslip.records import AxisLog, FrictionEstimate, LogDeviation, Status

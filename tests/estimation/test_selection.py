@@ -14,14 +14,14 @@ from two_sines import MIDDLE, TIME, Extra, Motion, log_of, plain_effort
 
 from stickslip.estimation import SelectedModelEstimator, predict_effort
 from stickslip.estimation.prepare import prepare
-from stickslip.estimation.selection.model_rows import model_rows
-from stickslip.estimation.selection.plausibility import PlausibilityTuning
-from stickslip.estimation.selection.rival_law import (
+from stickslip.estimation.selection.intervals.rival_law import (
     RivalTuning,
     rival_laws,
     rival_note,
     rival_shifts,
 )
+from stickslip.estimation.selection.judgement.plausibility import PlausibilityTuning
+from stickslip.estimation.selection.model_rows import model_rows
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.records import AxisLog, InputError, LogSource, Status
 

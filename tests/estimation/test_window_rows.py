@@ -6,8 +6,8 @@ from axis_logs import axis_log
 
 from stickslip.estimation.selection import estimator
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
+from stickslip.estimation.selection.judgement.plausibility import untested
 from stickslip.estimation.selection.model import Model
-from stickslip.estimation.selection.plausibility import untested
 from stickslip.estimation.weak_form.motion import SlipMotion
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.estimation.weak_form.windows import Weight

@@ -51,8 +51,6 @@ from .regression.idim import (
 )
 from .regression.resimulation import replay as replay, unexplained_effort as unexplained_effort
 from .regression.stribeck import StribeckEstimator as StribeckEstimator
-from .selection.estimator import (
-    SelectedModelEstimator as SelectedModelEstimator,
-    SelectionTuning as SelectionTuning,
-)
+from .selection.estimator import SelectedModelEstimator as SelectedModelEstimator
 from .selection.evaluation.prediction import predict_effort as predict_effort
+from .selection.tuning import SelectionTuning as SelectionTuning

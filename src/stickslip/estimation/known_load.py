@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.selection.estimator import judged
+from stickslip.estimation.selection.judgement.status import judged
 from stickslip.records import (
     AxisLog,
     FrictionEstimate,

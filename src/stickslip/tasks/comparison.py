@@ -185,8 +185,8 @@ def _judged(
 ) -> ComparedEstimator:
     """Return an estimate with its residuals on the log."""
     from stickslip.estimation import replay, unexplained_effort
-    from stickslip.estimation.selection.estimator import judged
-    from stickslip.estimation.selection.plausibility import unexplained
+    from stickslip.estimation.selection.judgement.plausibility import unexplained
+    from stickslip.estimation.selection.judgement.status import judged
 
     estimate = found.estimate
     if estimate is None:

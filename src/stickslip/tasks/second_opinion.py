@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.estimation.base import EstimationTask
-from stickslip.estimation.selection.estimator import judged
+from stickslip.estimation.selection.judgement.status import judged
 from stickslip.records import (
     FrictionEstimate,
     Identification,

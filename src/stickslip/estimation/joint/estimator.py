@@ -1,7 +1,6 @@
 """Identification of a rigid axis from several logs, with one model for all of them."""
 
-import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import cast
 
@@ -9,78 +8,69 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.fit.fitted import Fit
-from stickslip.estimation.fit.rows import MotionSummary, Regression
-from stickslip.estimation.fit.solve import provenance_of, solve
-from stickslip.estimation.joint.consistency import Consistency, ConsistencyTuning, compared
+from stickslip.estimation.fit.rows import Regression
+from stickslip.estimation.fit.solve import solve
+from stickslip.estimation.joint.consistency import ConsistencyTuning, compared
+from stickslip.estimation.joint.members import (
+    Member,
+    joint_excitation,
+    joint_motions,
+    joint_provenance,
+    with_time_shift,
+)
 from stickslip.estimation.joint.model import (
     JointModel,
-    JointMotions,
     StackedRows,
     difference_terms,
     joint_rows,
 )
-from stickslip.estimation.prepare import PreparedLog
+from stickslip.estimation.joint.summary import difference_texts, joint_logs, joint_selection
 from stickslip.estimation.selection.dwell import RestedLog, with_dwell
-from stickslip.estimation.selection.estimator import SelectedModelEstimator, judged, lacking_terms
-from stickslip.estimation.selection.faults.change import sudden_change
-from stickslip.estimation.selection.faults.nonlinear_gain import nonlinear_gain
+from stickslip.estimation.selection.estimator import SelectedModelEstimator
+from stickslip.estimation.selection.intervals.deviations import deviations
+from stickslip.estimation.selection.intervals.rival_law import rival_laws, rival_note, rival_shifts
+from stickslip.estimation.selection.intervals.widening import (
+    of_unknown_delay,
+)
+from stickslip.estimation.selection.judgement.plausibility import (
+    implausible_time,
+    implausible_units,
+    reversed_sign,
+    ripple_of_degrees,
+    unsettled_delay,
+    within_presliding,
+    wrong_inertia,
+)
+from stickslip.estimation.selection.judgement.status import (
+    causes_of_fit,
+    judged,
+    lacking_terms,
+    undetermined_terms,
+)
 from stickslip.estimation.selection.model import DELAY_TERM, Model
 from stickslip.estimation.selection.model_rows import (
     ModelRows,
     column_noise,
     model_rows,
-    motion_summary,
     nuisance,
 )
-from stickslip.estimation.selection.plausibility import (
-    coarse_effort,
-    implausible_time,
-    implausible_units,
-    reversed_sign,
-    ripple_of_degrees,
-    too_slow_sampling,
-    unexplained_effort,
-    unsettled_delay,
-    within_presliding,
-    wrong_inertia,
-    wrong_model,
-)
-from stickslip.estimation.selection.rival_law import rival_laws, rival_note, rival_shifts
 from stickslip.estimation.selection.search.forward import search, with_terms
 from stickslip.estimation.selection.search.windows import noisy_elasticity, window_weight
-from stickslip.estimation.selection.summary import selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
-    DIRECTION,
     DWELL,
-    ELASTIC,
     SATURATION,
     Term,
     candidate_terms,
 )
-from stickslip.estimation.selection.widening import (
-    between_windows,
-    of_other_terms,
-    of_unknown_asymmetry,
-    of_unknown_delay,
-)
-from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
+from stickslip.estimation.weak_form.motion import slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.records import (
     AxisLog,
     FrictionEstimate,
     InputError,
-    JointLog,
-    JointLogs,
-    LogDeviation,
-    ModelSelection,
-    Provenance,
-    TermScore,
-    in_words,
     mass_name,
-    share_text,
     shared_name,
-    unit_text,
 )
 
 
@@ -96,20 +86,6 @@ class JointTuning:
     """Change of the ratio of two levels after which the terms are selected again [-]."""
     fewest_rows: int = 12
     """Fewest windows of a log [-]: with fewer, the level of its residual is too uncertain."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Member:
-    """One log as prepared."""
-
-    log: PreparedLog
-    motions: SlipMotions  # with the time counted from the middle
-    notes: tuple[str, ...]
-    middle: float  # time of the log [s]
-
-    @property
-    def name(self) -> str:
-        return self.log.log.name
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,46 +170,34 @@ class JointEstimator:
             model, terms = self._selected(members, None)
         rows = joint_rows(model, kind)
         notes = [f"{each.name}: {note}" for each in members for note in each.notes]
-        notes += [
-            f"the term {name!r} is left out: these logs do not determine it, or give its "
-            "coefficient the wrong sign"
-            for name in self.single.include
-            if name not in {*model.names, DWELL}
-        ]
+        notes += undetermined_terms(
+            model, self.single.include, "these logs do not determine it, or give"
+        )
         rivals = rival_laws(model, terms, tuning.rival)
         note = rival_note(model, rivals, logs[0].unit("effort"), tuning.rival)
         notes += [note] if note else []
         estimate, regression = self._solved(members, model, rows, notes, None)
-        common = [
-            name
-            for name, parameter in estimate.parameters.items()
-            if parameter.identified and name == shared_name(name)
-        ]
+        common = _common_parameters(estimate)
         consistency = compared(rows, model.logs, common, self.tuning.consistency)
+        matter, others = difference_texts(consistency, model, logs[0])
 
         def rows_of(wide: Model) -> ModelRows:
             return joint_rows(_joint(wide), kind, rows.names)
 
         shifts = [*self._shifts(model, rows, estimate, terms, rows_of), *consistency.shifts]
-        differences: dict[bool, list[str]] = {True: [], False: []}  # by whether they matter
-        for each in consistency.deviations:
-            differences[each.material].append(
-                difference_text(each, model.logs, logs[0].unit(each.parameter))
-            )
-        notes += differences[False]
-        law_shifts = None
-        if terms:
-            law_shifts = rival_shifts(rows, rivals, [rows_of(rival.model) for rival in rivals])
+        notes += others
+        counted = rivals if terms else []
+        law_shifts = rival_shifts(rows, counted, [rows_of(rival.model) for rival in counted])
         if shifts or law_shifts is not None:
             widened = np.array(shifts) if shifts else None
             estimate, regression = self._solved(
                 members, model, consistency.rows, notes, widened, law_shifts
             )
-        causes = [wrong, *self._causes(members, model, estimate), *differences[True]]
+        causes = [wrong, *self._causes(members, model, estimate), *matter]
         estimate = replace(
             estimate,
-            selection=self._selection(model, members),
-            joint=_joint_logs(members, model, consistency, self.tuning.consistency.error_rate),
+            selection=joint_selection(model, members),
+            joint=joint_logs(members, model, consistency, self.tuning.consistency.error_rate),
         )
         estimate = self._with_dwell(members, model, estimate)
         return Fit(
@@ -255,25 +219,18 @@ class JointEstimator:
 
         ``terms`` are those that were tried, ``rows_of`` returns the rows of a model.
         """
-        tuning = self.single.tuning.intervals
         unknown_delay = None
         if DELAY not in model.names and not any(model.delay_known):
-            unknown_delay = of_unknown_delay(model, rows, tuning)
-        every = (
-            between_windows(model, rows, estimate, rows_of, tuning),
-            of_other_terms(model, rows, terms, self.single.tuning.search.largest_p_value, tuning),
-            unknown_delay,
-            of_unknown_asymmetry(model, rows, terms, tuning),
-        )
-        return [shift for shift in every if shift is not None]
+            unknown_delay = of_unknown_delay(model, rows, self.single.tuning.intervals)
+        return deviations(model, rows, estimate, terms, rows_of, unknown_delay, self.single.tuning)
 
     def _causes(
-        self, members: Sequence[_Member], model: JointModel, estimate: FrictionEstimate
+        self, members: Sequence[Member], model: JointModel, estimate: FrictionEstimate
     ) -> list[str]:
         """Return the causes of a mismatch of all logs together, and of each log alone."""
         tuning, log = self.single.tuning.plausibility, members[0].log.log
         kind = mass_name(log.kind)
-        motions = _joint_motions(each.motions for each in members)
+        motions = joint_motions(each.motions for each in members)
         causes = [
             f"{each.name}: {cause}"
             for each in members
@@ -298,49 +255,54 @@ class JointEstimator:
                 wrong_inertia(alone, kind, log.unit(kind), tuning)
                 or reversed_sign(alone, kind, tuning),
                 self._single_of(each.name).wrong_delay(each.log, each.motions, alone),
-                too_slow_sampling(each.log, each.motions, tuning),
-                unexplained_effort(
-                    each.log.log, each.motions, alone, model_rows(alone, kind), tuning
+                *causes_of_fit(
+                    each.log,
+                    each.motions,
+                    alone,
+                    model_rows(alone, kind),
+                    estimate,
+                    self.single.tuning,
+                    each.middle,
                 ),
-                coarse_effort(alone, each.motions, log.unit("effort"), tuning),
-                wrong_model(alone, tuning),
-                sudden_change(alone, self.single.tuning.change, each.middle),
-                nonlinear_gain(alone, estimate, self.single.tuning.gain),
             )
             causes += [f"{each.name}: {cause}" for cause in own if cause]
         return causes
 
     def _with_dwell(
-        self, members: Sequence[_Member], model: JointModel, estimate: FrictionEstimate
+        self, members: Sequence[Member], model: JointModel, estimate: FrictionEstimate
     ) -> FrictionEstimate:
         """Return the estimate with the growth of the breakaway friction, if the logs show it."""
-        single, tuning = self.single, self.single.tuning
-        include = DWELL in single.include
-        if not include and (not single.select or DWELL in single.exclude):
+        single = self.single
+        if not single.seeks_dwell:
             return estimate
         rested = [
             RestedLog(
                 log=each.log,
-                motions=_with_time_shift(each.motions, each.middle),
+                motions=with_time_shift(each.motions, each.middle),
                 estimate=estimate.of_log(each.name),
             )
             for each in members
         ]
         estimate, score = with_dwell(
-            estimate, rested, tuning.search, tuning.dwell, inertia=model.inertia, include=include
+            estimate,
+            rested,
+            single.tuning.search,
+            single.tuning.dwell,
+            inertia=model.inertia,
+            include=DWELL in single.include,
         )
-        return replace(estimate, selection=self._selection(model, members, score))
+        return replace(estimate, selection=joint_selection(model, members, score))
 
-    def _member(self, log: AxisLog) -> _Member:
+    def _member(self, log: AxisLog) -> Member:
         """Return a log as prepared, without samples in which its drive saturates."""
         single = self._single_of(log.name)
         found = single.prepared(log)
         motions = slip_motions(found, single.tuning.motion)
         _, _, motions, notes = single.followed(found, motions)
         middle = motions.reference_time
-        return _Member(
+        return Member(
             log=found,
-            motions=_with_time_shift(motions, -middle),
+            motions=with_time_shift(motions, -middle),
             notes=(*found.notes, *notes),
             middle=middle,
         )
@@ -353,21 +315,19 @@ class JointEstimator:
         return self.delays.get(log, self.single.effort_delay)
 
     def _selected(
-        self, members: Sequence[_Member], inertia: float | None
+        self, members: Sequence[Member], inertia: float | None
     ) -> tuple[JointModel, Sequence[Term]]:
         """Return the model that the logs support together, and the terms that were tried."""
         single, smallest = self.single, self.tuning.smallest_level
         start = self._start(members, inertia)
-        motions = _joint_motions(each.motions for each in members)
-        left_out = {*single.exclude, SATURATION}
-        if all(start.delay_known):
-            left_out.add(DELAY)
-        if not single.offset:  # friction per direction would contain one
-            left_out.add(DIRECTION)
+        motions = joint_motions(each.motions for each in members)
         parts = zip(start.rows.parts, members, strict=True)
-        noisy = any(noisy_elasticity(rows, each.motions) for rows, each in parts)
-        if inertia is not None or noisy:
-            left_out.add(ELASTIC)
+        left_out = single.not_selectable(
+            delay_known=all(start.delay_known),
+            inertia_known=inertia is not None,
+            noisy=any(noisy_elasticity(rows, each.motions) for rows, each in parts),
+        )
+        left_out.add(SATURATION)
         terms = [
             term
             for term in (DELAY_TERM, *candidate_terms(motions, members[0].log.log.kind))
@@ -393,7 +353,7 @@ class JointEstimator:
             model = search(model, offered, more, ripple="ripple" not in left_out)
         return cast("JointModel", model)
 
-    def _start(self, members: Sequence[_Member], inertia: float | None) -> JointModel:
+    def _start(self, members: Sequence[Member], inertia: float | None) -> JointModel:
         """Return the model without terms, with the residual that each log leaves by itself."""
         tuning = self.single.tuning.search
         parts: list[Model] = []
@@ -433,7 +393,7 @@ class JointEstimator:
 
     def _solved(
         self,
-        members: Sequence[_Member],
+        members: Sequence[Member],
         model: JointModel,
         rows: ModelRows,
         notes: Sequence[str],
@@ -456,7 +416,7 @@ class JointEstimator:
             regressors=rows.columns,
             regressor_noise=np.sqrt(shares @ np.array(noises) ** 2),
             quantity="effort",
-            motion=_motion(members, model),
+            motion=joint_excitation(members, model),
             samples=sum(len(each.log.log) for each in members),
             notes=tuple(notes),
             shifts=shifts,
@@ -466,146 +426,22 @@ class JointEstimator:
             log=rows.log,
             nuisance=nuisance(rows.names, model, self.single.include),
         )
-        provenance = self._provenance([each.log.log for each in members])
+        provenance = joint_provenance(
+            [each.log.log for each in members],
+            {**self.single.options(), "effort_delays": dict(self.delays)},
+        )
         return solve(regression, estimator=self.single.name, provenance=provenance), regression
 
-    def _provenance(self, logs: Sequence[AxisLog]) -> Provenance:
-        """Return the provenance, with assumptions that all logs share stated once."""
-        options = {**self.single.options(), "effort_delays": dict(self.delays)}
-        every = [provenance_of(log, options) for log in logs]
-        shared = [
-            line for line in every[0].assumptions if all(line in p.assumptions for p in every)
-        ]
-        own = [
-            f"{log.name}: {line}"
-            for log, p in zip(logs, every, strict=True)
-            for line in p.assumptions
-            if line not in shared
-        ]
-        hashes = [p.input_sha256 for p in every]
-        return replace(
-            every[0],
-            files=tuple(file for p in every for file in p.files),
-            input_sha256=(
-                hashlib.sha256("".join(hashes).encode()).hexdigest() if all(hashes) else ""
-            ),
-            assumptions=(*shared, *own),
-        )
 
-    def _selection(
-        self, model: JointModel, members: Sequence[_Member], further: TermScore | None = None
-    ) -> ModelSelection:
-        """Return the selection with its summary."""
-        first = members[0]
-        found = selection_of(model, first.motions, None, first.log.effort_kind, further)
-        own = ["an offset"] if model.offset else []
-        own += [word for name, word in _OWN_WORDS.items() if name in model.names]
-        levels = ", ".join(
-            f"{level:.3g} in {log}" for log, level in zip(model.logs, model.levels, strict=True)
-        )
-        unit = members[0].log.log.unit("effort")
-        each = f"Each log has {_listed(own)} of its own. " if own else ""
-        return replace(
-            found,
-            summary=f"One model for {len(members)} logs. {found.summary} {each}Residual of a "
-            f"window [{unit}]: {levels}; rows are weighted by its inverse.",
-            reference_time=0.0,
-        )
-
-
-_OWN_WORDS = {
-    DELAY: "a delay of the effort",
-    "offset drift": "a drift of the offset",
-    "friction drift": "a drift of friction",
-    "gain drift": "a drift of the gain",
-}
+def _common_parameters(estimate: FrictionEstimate) -> list[str]:
+    """Return the names of the identified parameters that all logs share."""
+    return [
+        name
+        for name, parameter in estimate.parameters.items()
+        if parameter.identified and name == shared_name(name)
+    ]
 
 
 def _joint(model: Model) -> JointModel:
     """Narrow the type of a model that was made from a joint one."""
     return cast("JointModel", model)
-
-
-def _with_time_shift(motions: SlipMotions, shift: float) -> SlipMotions:
-    """Return the motion with its time shifted [s]."""
-    stretches = tuple(replace(m, time=m.time + shift) for m in motions.stretches)
-    return replace(motions, stretches=stretches)
-
-
-def _joint_motions(every: Iterable[SlipMotions]) -> JointMotions:
-    """Return the motion of several logs."""
-    motions = list(every)
-    return JointMotions(
-        stretches=tuple(m for each in motions for m in each.stretches),
-        slow=min(each.slow for each in motions),
-        position_noise=max(each.position_noise for each in motions),
-    )
-
-
-def _listed(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
-
-
-def _motion(members: Sequence[_Member], model: JointModel) -> MotionSummary:
-    """Return the excitation of all logs together."""
-    every = [
-        motion_summary(each.log, each.motions, part.weight)
-        for each, part in zip(members, model.rows.parts, strict=True)
-    ]
-    widest = max(every, key=lambda motion: motion.position_range / motion.position_noise)
-    return replace(
-        widest,
-        largest_speed=max(motion.largest_speed for motion in every),
-        forward_travel=sum(motion.forward_travel for motion in every),
-        backward_travel=sum(motion.backward_travel for motion in every),
-        speed_variation=max(motion.speed_variation for motion in every),
-    )
-
-
-def difference_text(deviation: LogDeviation, logs: Sequence[str], unit: str) -> str:
-    """Return in words by how much one of the named logs differs, and the remedy."""
-    others = "the others" if len(logs) > 2 else logs[0]
-    what = in_words(deviation.parameter)
-    if deviation.relative > -1.0:
-        size = share_text(abs(deviation.relative))
-        side = "more" if deviation.relative > 0 else "less"
-        sentence = f"{deviation.log} shows {size} {side} {what} than {others}"
-    else:  # of zero or of the other sign
-        value = deviation.difference / deviation.relative
-        unit = unit_text(unit)
-        article = "an" if what.startswith(("a", "e", "i", "o")) else "a"
-        sentence = (
-            f"{deviation.log} shows {article} {what} of {value + deviation.difference:.2g} {unit}, "
-            f"{others} {value:.2g} {unit}"
-        )
-    sentence += f" (p = {deviation.p_value:.1g})"
-    if not deviation.material:
-        return f"{sentence}; the intervals allow for it"
-    alone = "identify it alone" if len(logs) > 2 else "identify each log alone"
-    return f"{sentence}; {alone}, and look for what changed between the logs"
-
-
-def _joint_logs(
-    members: Sequence[_Member], model: JointModel, consistency: Consistency, error_rate: float
-) -> JointLogs:
-    logs = [each.log.log for each in members]
-    return JointLogs(
-        logs=tuple(
-            JointLog(
-                name=log.name,
-                samples=len(log),
-                duration=float(log.time[-1] - log.time[0]),
-                sampling_time=log.sampling_time,
-                residual=level,
-                effort_delay=part.delay * part.weight.sampling_time,
-                reference_time=each.middle,
-                effort_kind=each.log.effort_kind,
-            )
-            for log, each, part, level in zip(
-                logs, members, model.rows.parts, model.levels, strict=True
-            )
-        ),
-        p_value=consistency.p_value,
-        error_rate=error_rate,
-        deviations=consistency.deviations,
-    )

@@ -12,27 +12,49 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
-from stickslip.estimation.selection.dwell import DwellTuning, RestedLog, with_dwell
-from stickslip.estimation.selection.faults.change import ChangeTuning, sudden_change
+from stickslip.estimation.selection.dwell import RestedLog, with_dwell
+from stickslip.estimation.selection.effort_kind import kind_by_delay, kind_by_residual
 from stickslip.estimation.selection.faults.clipping import (
-    ClippingTuning,
     clipped,
     plateaus,
     without_plateaus,
 )
-from stickslip.estimation.selection.faults.nonlinear_gain import (
-    NonlinearGainTuning,
-    nonlinear_gain,
-)
 from stickslip.estimation.selection.faults.saturation import (
-    SaturationTuning,
     saturates,
     without_saturation,
+)
+from stickslip.estimation.selection.intervals.deviations import deviations
+from stickslip.estimation.selection.intervals.rival_law import (
+    rival_laws,
+    rival_note,
+    rival_shifts,
+)
+from stickslip.estimation.selection.intervals.widening import (
+    between_moves,
+    of_unknown_delay,
+)
+from stickslip.estimation.selection.judgement.plausibility import (
+    ROUNDING,
+    effort_step,
+    implausible_time,
+    implausible_units,
+    ripple_of_degrees,
+    unsettled_delay,
+    untested,
+    within_presliding,
+    wrong_delay,
+    wrong_inertia,
+)
+from stickslip.estimation.selection.judgement.status import (
+    causes_of_fit,
+    judged,
+    lacking_terms,
+    undetermined_terms,
+    with_status,
 )
 from stickslip.estimation.selection.model import (
     DELAY_TERM,
     Model,
-    testable,
 )
 from stickslip.estimation.selection.model_rows import (
     ModelRows,
@@ -40,36 +62,9 @@ from stickslip.estimation.selection.model_rows import (
     nuisance,
     with_shapes,
 )
-from stickslip.estimation.selection.plausibility import (
-    ROUNDING,
-    PlausibilityTuning,
-    coarse_effort,
-    effort_step,
-    implausible_time,
-    implausible_units,
-    reversed_sign,
-    ripple_of_degrees,
-    too_slow_sampling,
-    unexplained_effort,
-    unsettled_delay,
-    unsigned_effort,
-    untested,
-    within_presliding,
-    wrong_delay,
-    wrong_inertia,
-    wrong_model,
-)
-from stickslip.estimation.selection.rival_law import (
-    RivalTuning,
-    rival_laws,
-    rival_note,
-    rival_shifts,
-)
 from stickslip.estimation.selection.search.delay import scanned_delay
 from stickslip.estimation.selection.search.forward import search, with_terms
-from stickslip.estimation.selection.search.tuning import SearchTuning
 from stickslip.estimation.selection.search.windows import (
-    half_width,
     noisy_elasticity,
     window_weight,
 )
@@ -84,15 +79,8 @@ from stickslip.estimation.selection.terms import (
     Term,
     candidate_terms,
 )
-from stickslip.estimation.selection.widening import (
-    IntervalTuning,
-    between_moves,
-    between_windows,
-    of_other_terms,
-    of_unknown_asymmetry,
-    of_unknown_delay,
-)
-from stickslip.estimation.weak_form.motion import MotionTuning, SlipMotions, slip_motions
+from stickslip.estimation.selection.tuning import SelectionTuning
+from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.records import (
     AxisLog,
@@ -105,43 +93,6 @@ from stickslip.records import (
     one_of,
     positive,
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class SelectionTuning:
-    """Tuning of `SelectedModelEstimator`, by stage.
-
-    Attributes
-    ----------
-    motion, search, clipping, saturation, rival, dwell, intervals, change, gain, plausibility
-        Tuning of the stages.
-    effort_kind_gain
-        Relative decrease of the residual for which an effort with uneven time stamps is taken as
-        sampled or a mean, and not as held [-]. On public logs it is 11 to 31 % if the kind is
-        another one, and below 6 % otherwise.
-    fewest_samples
-        Samples in half a window [-], below which it matters with even time stamps whether an effort
-        is held. At the angular frequency omega a sampled effort differs from it by
-        (omega T)^2 / 24, and a mean by (omega T)^2 / 12.
-    kind_delay
-        Largest difference [samples] of the delay of a held effort from minus half a sample, which a
-        sampled one has if it is taken as held, or from minus one, which a mean has.
-    """
-
-    motion: MotionTuning = field(default_factory=MotionTuning)
-    search: SearchTuning = field(default_factory=SearchTuning)
-    clipping: ClippingTuning = field(default_factory=ClippingTuning)
-    saturation: SaturationTuning = field(default_factory=SaturationTuning)
-    rival: RivalTuning = field(default_factory=RivalTuning)
-    dwell: DwellTuning = field(default_factory=DwellTuning)
-    intervals: IntervalTuning = field(default_factory=IntervalTuning)
-    change: ChangeTuning = field(default_factory=ChangeTuning)
-    gain: NonlinearGainTuning = field(default_factory=NonlinearGainTuning)
-    plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
-    effort_kind_gain: float = 0.1
-    fewest_samples: int = 10
-    kind_delay: float = 0.25
-
 
 _LARGEST_DELAY = 1.0  # s, of a given delay of the effort: a larger one is an error of the columns
 _TINY = np.finfo(float).tiny
@@ -301,54 +252,19 @@ class SelectedModelEstimator:
             )
         if self.effort_kind is not None:
             return held
-        if not held.resampled:
-            return self._of_kind_by_delay(log, held)
-        others = [prepare(log, effort_kind=kind) for kind in ("sampled", "mean")]
-        without, *residuals = [self._residual(each) for each in (held, *others)]
-        left = min(residuals)
-        best = others[residuals.index(left)]
-        if not left < (1.0 - self.tuning.effort_kind_gain) * without:
+        if held.resampled:
+            return kind_by_residual(log, held, self._with_delay, self.tuning)
+        if self._delay_known:
             return held
-        note = (
-            f"the effort is taken for {EFFORT_KINDS[best.effort_kind]}: with uneven time stamps "
-            f"this leaves {100 * left:.3g} % of it unexplained instead of {100 * without:.3g} %"
-        )
-        return replace(best, notes=(*best.notes, note))
+        return kind_by_delay(log, held, self._with_delay, self.tuning)
 
-    def _of_kind_by_delay(self, log: AxisLog, held: PreparedLog) -> PreparedLog:
-        """Return a log with even time stamps, its effort of the kind that its delay shows.
-
-        Taken as held, a sampled effort acts half a sample before its time stamp, and a mean one.
-        """
-        T, fewest = held.sampling_time, self.tuning.fewest_samples
-        shortest = round(self.tuning.search.shortest_window / T)
-        if self.effort_delay is not None or DELAY in self.exclude or shortest >= fewest:
-            return held
-        motions = slip_motions(held, self.tuning.motion)
-        if half_width(motions, T, self.tuning.search) >= fewest:
-            return held
-        delay = self._with_delay(held, motions).rows.delay
-        if abs(delay + 0.5) < self.tuning.kind_delay:
-            found = replace(held, effort_kind="sampled")
-        elif abs(delay + 1.0) < self.tuning.kind_delay:
-            found = prepare(log, effort_kind="mean")
-        else:
-            return held
-        note = (
-            f"the effort is taken for {EFFORT_KINDS[found.effort_kind]}: held to the next one, it "
-            f"would act {-1e3 * T * delay:.3g} ms before it is logged"
-        )
-        return replace(found, notes=(*found.notes, note))
-
-    def _residual(self, log: PreparedLog) -> float:
-        """Return the unexplained share of the effort [-], with a delay and no further terms."""
-        model = self._with_delay(log, slip_motions(log, self.tuning.motion))
-        return model.residual_share() if testable(model) else np.inf
+    @property
+    def _delay_known(self) -> bool:
+        return self.effort_delay is not None or DELAY in self.exclude
 
     def _with_delay(self, log: PreparedLog, motions: SlipMotions) -> Model:
         """Return the model with no term but a delay, unless that is known or excluded."""
-        known = self.effort_delay is not None or DELAY in self.exclude
-        delay = () if known else (DELAY,)
+        delay = () if self._delay_known else (DELAY,)
         return replace(self, include=delay, select=False)._selected(log, motions)[0]
 
     def fit_prepared(self, log: PreparedLog) -> Fit:
@@ -364,33 +280,21 @@ class SelectedModelEstimator:
         InputError
             As `fit`.
         """
-        motions = slip_motions(log, self.tuning.motion)
-        notes = list(log.notes)
-        causes = [
-            implausible_time(log, self.tuning.plausibility),
-            implausible_units(log, motions, self.tuning.plausibility),
+        driven, tuning = slip_motions(log, self.tuning.motion), self.tuning
+        kind, unit = mass_name(log.log.kind), log.log.unit("effort")
+        model, terms, motions, clipping = self.followed(log, driven)
+        notes = [
+            *log.notes,
+            *undetermined_terms(model, self.include, "this log does not determine it, or gives"),
         ]
-        driven = motions
-        model, terms, motions, found = self.followed(log, driven)
-        notes += [
-            f"the term {name!r} is left out: this log does not determine it, or gives its "
-            "coefficient the wrong sign"
-            for name in self.include
-            if name not in {*model.names, DWELL}
-        ]
-        kind = mass_name(log.log.kind)
-        wrong = wrong_inertia(model, kind, log.log.unit(kind), self.tuning.plausibility)
+        wrong = wrong_inertia(model, kind, log.log.unit(kind), tuning.plausibility)
         if wrong:
-            causes.append(wrong)
-            model, terms, motions, found = replace(self, inertia=None).followed(log, driven)
-        notes += found
-        rivals = rival_laws(model, terms, self.tuning.rival)
-        note = rival_note(model, rivals, log.log.unit("effort"), self.tuning.rival)
+            free = replace(self, inertia=None)
+            model, terms, motions, clipping = free.followed(log, driven)
+        notes += clipping
+        rivals = rival_laws(model, terms, tuning.rival)
+        note = rival_note(model, rivals, unit, tuning.rival)
         notes += [note] if note else []
-        causes.append(unsettled_delay(model, self.tuning.search))
-        causes.append(self.wrong_delay(log, motions, model))
-        causes.append(ripple_of_degrees(model, log.log.kind))
-        causes.append("" if self.select else self._left_out(log, motions))
         rows = with_shapes(model_rows(model, kind), model)
 
         def rows_of(other: Model) -> ModelRows:
@@ -399,25 +303,30 @@ class SelectedModelEstimator:
         estimate, regression = self._solved(log, motions, model, rows, notes)
         shifts, found = self._shifts(model, rows, estimate, terms, rows_of)
         notes += found
-        law_shifts = None
-        if terms:
-            law_shifts = rival_shifts(rows, rivals, [rows_of(rival.model) for rival in rivals])
+        counted = rivals if terms else []
+        law_shifts = rival_shifts(rows, counted, [rows_of(rival.model) for rival in counted])
         if shifts is not None or law_shifts is not None:
             estimate, regression = self._solved(
                 log, motions, model, rows, notes, shifts, law_shifts
             )
-        causes.append(within_presliding(model, estimate, self.include, motions))
-        causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
-        causes.append(unexplained_effort(log.log, motions, model, rows, self.tuning.plausibility))
-        causes.append(
-            coarse_effort(model, motions, log.log.unit("effort"), self.tuning.plausibility)
-        )
-        causes.append(wrong_model(model, self.tuning.plausibility))
-        causes.append(sudden_change(model, self.tuning.change))
-        causes.append(nonlinear_gain(model, estimate, self.tuning.gain))
+        causes = [
+            implausible_time(log, tuning.plausibility),
+            implausible_units(log, driven, tuning.plausibility),
+            wrong,
+            unsettled_delay(model, tuning.search),
+            self.wrong_delay(log, motions, model),
+            ripple_of_degrees(model, log.log.kind),
+            "" if self.select else self._left_out(log, motions),
+            within_presliding(model, estimate, self.include, motions),
+            *causes_of_fit(log, motions, model, rows, estimate, tuning),
+        ]
         estimate = self._with_selection(log, motions, model, estimate)
+        estimate = with_status(estimate, log.log, driven, model, causes, tuning.plausibility)
+        short = untested(model) if self.select else ""
+        if short and estimate.status.usable:
+            estimate = judged(estimate, [short], Status.INSUFFICIENT_EXCITATION)
         return Fit(
-            estimate=self._with_status(estimate, log.log, driven, model, causes),
+            estimate=estimate,
             rows=regression,
             inertia=model.inertia,
             model=model,
@@ -443,40 +352,9 @@ class SelectedModelEstimator:
         if unknown_delay is not None:
             stds = np.array([estimate.parameters[name].std or np.inf for name in rows.names])
             notes += [_UNKNOWN_DELAY] if np.any(np.abs(unknown_delay) > stds) else []
-        every = (
-            between_windows(model, rows, estimate, rows_of, tuning),
-            of_other_terms(model, rows, terms, self.tuning.search.largest_p_value, tuning),
-            unknown_delay,
-            of_unknown_asymmetry(model, rows, terms, tuning),
-            *between_moves(model, rows, estimate, tuning),
-        )
-        shifts = [shift for shift in every if shift is not None]
+        shifts = deviations(model, rows, estimate, terms, rows_of, unknown_delay, self.tuning)
+        shifts += between_moves(model, rows, estimate, tuning)
         return np.array(shifts) if shifts else None, notes
-
-    def _with_status(
-        self,
-        estimate: FrictionEstimate,
-        log: AxisLog,
-        driven: SlipMotions,
-        model: Model,
-        causes: Sequence[str],
-    ) -> FrictionEstimate:
-        """Return the estimate with the status that the causes of a mismatch give it.
-
-        ``driven`` is the motion with the samples in which the drive saturates.
-        """
-        tuning = self.tuning.plausibility
-        if estimate.status is Status.UNPHYSICAL:
-            reverse = reversed_sign(model, mass_name(log.kind), tuning)
-            estimate = judged(estimate, [reverse] if reverse else [], Status.UNPHYSICAL)
-        estimate = judged(estimate, [cause for cause in causes if cause])
-        if not estimate.status.trusted:
-            unsigned = unsigned_effort(log, driven, tuning)
-            estimate = judged(estimate, [unsigned] if unsigned else [], estimate.status)
-        short = untested(model) if self.select else ""
-        if short and estimate.status.usable:
-            estimate = judged(estimate, [short], Status.INSUFFICIENT_EXCITATION)
-        return estimate
 
     def _with_selection(
         self, log: PreparedLog, motions: SlipMotions, model: Model, estimate: FrictionEstimate
@@ -484,7 +362,7 @@ class SelectedModelEstimator:
         """Return the estimate with its selection, and with the growth of the breakaway friction."""
         select = partial(selection_of, model, motions, self.effort_delay, log.effort_kind)
         estimate = replace(estimate, selection=select())
-        if DWELL not in self.include and (not self.select or DWELL in self.exclude):
+        if not self.seeks_dwell:
             return estimate
         estimate, score = with_dwell(
             estimate,
@@ -495,6 +373,11 @@ class SelectedModelEstimator:
             include=DWELL in self.include,
         )
         return replace(estimate, selection=select(further=score))
+
+    @property
+    def seeks_dwell(self) -> bool:
+        """Whether the growth of the breakaway friction with the time at rest is estimated."""
+        return DWELL in self.include or (self.select and DWELL not in self.exclude)
 
     def wrong_delay(self, log: PreparedLog, motions: SlipMotions, model: Model) -> str:
         """Return a sentence if the given delay disagrees with the log; empty otherwise.
@@ -574,14 +457,12 @@ class SelectedModelEstimator:
             tuning, smallest_share=max(tuning.smallest_share, rounding / max(size, _TINY))
         )
         terms = [DELAY_TERM, *candidate_terms(motions, log.log.kind)]
-        left_out = {*self.exclude, *(() if saturation else (SATURATION,))}
-        if self.effort_delay is not None:
-            left_out.add(DELAY)
-        if not self.offset:  # friction per direction would contain one
-            left_out.add(DIRECTION)
-        # A wrong inertia has a similar column as an elastic drive
-        if self.inertia is not None or noisy_elasticity(model.rows, motions):
-            left_out.add(ELASTIC)
+        left_out = self.not_selectable(
+            delay_known=self.effort_delay is not None,
+            inertia_known=self.inertia is not None,
+            noisy=noisy_elasticity(model.rows, motions),
+        )
+        left_out |= set() if saturation else {SATURATION}
         offered = [term for term in terms if term.name not in left_out]
 
         def found(start: Model, include: Sequence[str]) -> Model:
@@ -599,6 +480,28 @@ class SelectedModelEstimator:
             if DELAY in best.names:
                 best = found(model, self.include)
         return best, offered if self.select else ()
+
+    def not_selectable(self, *, delay_known: bool, inertia_known: bool, noisy: bool) -> set[str]:
+        """Return the names of the terms that a selection does not add.
+
+        Parameters
+        ----------
+        delay_known
+            Whether the delay of the effort is known.
+        inertia_known
+            Whether the inertia is known.
+        noisy
+            Whether the fourth derivative of the position is mostly noise.
+        """
+        names = set(self.exclude)
+        if delay_known:
+            names.add(DELAY)
+        if not self.offset:  # friction per direction would contain one
+            names.add(DIRECTION)
+        # A wrong inertia has a similar column as an elastic drive
+        if inertia_known or noisy:
+            names.add(ELASTIC)
+        return names
 
     def _solved(
         self,
@@ -630,29 +533,3 @@ class SelectedModelEstimator:
             "effort_delay": self.effort_delay,
             "effort_kind": self.effort_kind,
         }
-
-
-def lacking_terms(selected: Model, include: Sequence[str]) -> str:
-    """Return which terms of a selected model are not included; empty if none."""
-    texts = [term.text for term, _ in selected.chosen if term.name not in include]
-    if not texts:
-        return ""
-    return (
-        "terms were not selected, and the log shows that the model lacks some "
-        f"({'; '.join(texts)}); let them be selected, or include them"
-    )
-
-
-def judged(
-    estimate: FrictionEstimate,
-    causes: Sequence[str],
-    status: Status = Status.MODEL_MISMATCH,
-) -> FrictionEstimate:
-    """Return the estimate with the causes of a mismatch, the most serious first.
-
-    No causes leave the estimate as it is.
-    """
-    if not causes:
-        return estimate
-    diagnostics = replace(estimate.diagnostics, notes=(*causes, *estimate.diagnostics.notes))
-    return replace(estimate, status=status, diagnostics=diagnostics)

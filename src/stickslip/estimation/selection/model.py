@@ -86,9 +86,8 @@ class Model:
         """
         chosen = tuple(pair for pair in self.chosen if pair[0].name != DELAY)
         plain = replace(self, chosen=chosen)
-        values = least_squares(plain.columns(), plain.target())
         later, earlier = (replace(plain, rows=self.rows.moved(k)) for k in (1, -1))
-        slope = 0.5 * (later.columns() - earlier.columns()) @ values
+        slope = 0.5 * (later.columns() - earlier.columns()) @ plain.solution
         slope += 0.5 * self.scaled(later.rows.model_effort - earlier.rows.model_effort)
         if self.inertia is not None:
             change = later.rows.acceleration - earlier.rows.acceleration
@@ -104,9 +103,18 @@ class Model:
         kept = [self.term_columns(t, s) for t, s in self.chosen if t.name != without]
         return np.column_stack([self.base(), *kept])
 
+    @cached_property
+    def solution(self) -> Float[np.ndarray, " p"]:
+        """Coefficients of all columns in the least-squares fit [SI]."""
+        return least_squares(self.columns(), self.target())
+
+    def residual(self) -> Float[np.ndarray, " n"]:
+        """Return the target less the fitted columns [N or N m]."""
+        return self.target() - self.columns() @ self.solution
+
     def friction(self) -> tuple[float, float]:
         """Return Coulomb and viscous friction [SI]."""
-        values = least_squares(self.columns(), self.target())
+        values = self.solution
         at = 0 if self.inertia is not None else 1
         if not self.viscous:
             return float(values[at]), 0.0
@@ -114,8 +122,7 @@ class Model:
 
     def fitted_effort(self) -> Float[np.ndarray, " n"]:
         """Return the effort that the fit gives the axis, that of a model included [N or N m]."""
-        columns = self.columns()
-        effort = columns @ least_squares(columns, self.target())
+        effort = self.columns() @ self.solution
         effort += self.scaled(self.rows.model_effort)
         if self.inertia is not None:
             effort += self.inertia * self.scaled(self.rows.acceleration)
@@ -123,19 +130,16 @@ class Model:
 
     def residual_share(self) -> float:
         """Return the unexplained share of the effort, in rms [-]."""
-        columns, target = self.columns(), self.target()
-        rest = target - columns @ least_squares(columns, target)
         size = max(float(np.linalg.norm(self.rows.effort)), np.finfo(float).tiny)
-        return float(np.linalg.norm(rest)) / size
+        return float(np.linalg.norm(self.residual())) / size
 
     def coefficients(self, name: str) -> Float[np.ndarray, " p"]:
         """Return the coefficients of a selected term [SI]."""
-        values = least_squares(self.columns(), self.target())
         at = self.base().shape[1]
         for term, shape in self.chosen:
             width = self.term_columns(term, shape).shape[1]
             if term.name == name:
-                return values[at : at + width]
+                return self.solution[at : at + width]
             at += width
         raise KeyError(name)
 
@@ -147,7 +151,7 @@ class Model:
         """
         if ELASTIC not in self.names:
             return 0.0
-        inertia = self.inertia or float(least_squares(self.columns(), self.target())[0])
+        inertia = self.inertia or float(self.solution[0])
         ratio = float(self.coefficients(ELASTIC)[0]) / inertia
         return _ELASTIC_DAMPING * float(np.sqrt(max(ratio, 0.0)))
 

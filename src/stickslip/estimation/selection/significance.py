@@ -103,6 +103,20 @@ def significance(
     return max(p_values)
 
 
+def significant_value(
+    basis: Basis, partial: Partial | None, largest_p_value: float, smallest_share: float = 0.0
+) -> float | None:
+    """Return the coefficient of a further column [SI]; None if it is not significant.
+
+    ``smallest_share`` is the share of the target that the column must explain [-].
+    """
+    if partial is None or basis.share(partial) < smallest_share:
+        return None
+    if significance(basis, partial) > largest_p_value:
+        return None
+    return float(partial.values[0])
+
+
 def _blocks(
     columns: Float[np.ndarray, "n q"], log: Int[np.ndarray, " n"]
 ) -> list[Float[np.ndarray, "n _"]]:

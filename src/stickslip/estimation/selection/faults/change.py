@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model, testable
-from stickslip.estimation.selection.significance import Partial, significance
+from stickslip.estimation.selection.significance import Partial, significant_value
 
 _TINY = np.finfo(float).tiny
 
@@ -63,12 +62,11 @@ def sudden_change(model: Model, tuning: ChangeTuning, start: float = 0.0) -> str
                 best = found
     if best is None or best.explained <= drift:
         return ""
-    size = float(best.partial.values[0])
-    before, after = 1.0 - size * best.share, 1.0 + size * (1.0 - best.share)
-    small = abs(size) < tuning.smallest_change or basis.share(best.partial) < tuning.smallest_share
-    if small or min(before, after) <= 0.0:
+    size = significant_value(basis, best.partial, tuning.largest_p_value, tuning.smallest_share)
+    if size is None or abs(size) < tuning.smallest_change:
         return ""
-    if significance(basis, best.partial) > tuning.largest_p_value:
+    before, after = 1.0 - size * best.share, 1.0 + size * (1.0 - best.share)
+    if min(before, after) <= 0.0:
         return ""
     instant = best.instant + start
     return (
@@ -94,8 +92,7 @@ class _Change:
 
 def _parts(model: Model) -> list[tuple[str, Float[np.ndarray, " n"]]]:
     """Return the parts of the fitted effort that may change, with the words for each."""
-    values = least_squares(model.columns(), model.target())
-    inertia = model.scaled(model.rows.acceleration) * (model.inertia or values[0])
+    inertia = model.scaled(model.rows.acceleration) * (model.inertia or model.solution[0])
     coulomb, viscous = model.friction()
     friction = model.scaled(coulomb * model.rows.direction + viscous * model.rows.velocity)
     return [(_GAIN, model.fitted_effort()), (_FRICTION, friction), (_INERTIA, inertia)]

@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Float
 from scipy import ndimage
 
-from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
@@ -116,10 +115,8 @@ def clipped(
     every = model.over(motions)
     if model.rows.size <= tuning.fewest_others * every.rows.size:
         return Plateaus()
-    columns, target = model.columns(), model.target()
-    values = least_squares(columns, target)
-    rest = float(np.std(target - columns @ values))
-    excess = every.columns() @ values - every.target()
+    rest = float(np.std(model.residual()))
+    excess = every.columns() @ model.solution - every.target()
     side = every.rows.mean(found.side)
 
     def proven(sign: float, end: float) -> bool:

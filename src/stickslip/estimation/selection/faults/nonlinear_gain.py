@@ -6,7 +6,7 @@ import numpy as np
 
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model, testable
-from stickslip.estimation.selection.significance import significance
+from stickslip.estimation.selection.significance import significant_value
 from stickslip.records import FrictionEstimate, mass_name
 
 _TINY = np.finfo(float).tiny
@@ -31,24 +31,18 @@ def nonlinear_gain(model: Model, estimate: FrictionEstimate, tuning: NonlinearGa
     """
     if not testable(model):
         return ""
-    columns, target, effort = model.columns(), model.target(), model.fitted_effort()
+    effort = model.fitted_effort()
     largest = max(float(np.max(np.abs(effort))), _TINY)
     curved = (effort * np.abs(effort) / largest)[:, None]
     basis = model.basis()
     partial = basis.partial(curved)
-    if partial is None or basis.share(partial) < tuning.smallest_share:
-        return ""
-    change = -float(partial.values[0])
-    if (
-        abs(change) < tuning.smallest_change
-        or significance(basis, partial) > tuning.largest_p_value
-    ):
+    added = significant_value(basis, partial, tuning.largest_p_value, tuning.smallest_share)
+    if added is None or abs(added) < tuning.smallest_change:
         return ""
     names = [] if model.inertia is not None else [mass_name(estimate.kind)]
     names += [*(["viscous_friction"] if model.viscous else []), "coulomb_friction"]
-    values = dict(
-        zip(names, least_squares(np.column_stack([columns, curved]), target), strict=False)
-    )
+    columns = np.column_stack([model.columns(), curved])
+    values = dict(zip(names, least_squares(columns, model.target()), strict=False))
     intervals = {
         name: parameter.ci95
         for name in names
@@ -56,9 +50,9 @@ def nonlinear_gain(model: Model, estimate: FrictionEstimate, tuning: NonlinearGa
     }
     if all(low <= values[name] <= high for name, (low, high) in intervals.items()):
         return ""
-    kind = "smaller" if change < 0.0 else "larger"
+    kind = "smaller" if added > 0.0 else "larger"
     return (
-        f"at the largest effort the gain from logged to true effort is {100 * abs(change):.2g} % "
+        f"at the largest effort the gain from logged to true effort is {100 * abs(added):.2g} % "
         f"{kind} than at small ones, or a force is nonlinear in the position; check the torque or "
         "force constant and the limits of the drive, or record moves with smaller efforts"
     )

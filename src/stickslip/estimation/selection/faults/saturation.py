@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.terms import effort_excess
 from stickslip.estimation.weak_form.motion import SlipMotions
@@ -47,11 +46,10 @@ def saturates(model: Model, motions: SlipMotions, limit: float, tuning: Saturati
     every = model.over(motions)
     if model.rows.size < tuning.fewest_followed * every.rows.size:
         return False
-    values = least_squares(model.columns(), model.target())
     logged = every.target()
     excess = every.rows.mean(effort_excess(limit))
     beyond = np.abs(excess) > tuning.smallest_excess * limit
-    needed = (every.columns() @ values)[beyond]
+    needed = (every.columns() @ model.solution)[beyond]
     followed = float(np.sum((needed - logged[beyond]) ** 2))
     limited = float(np.sum((needed - logged[beyond] + excess[beyond]) ** 2))
     return bool(np.any(beyond)) and limited < tuning.largest_error * followed

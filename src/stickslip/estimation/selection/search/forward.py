@@ -9,7 +9,7 @@ from stickslip.estimation.selection.search.delay import settled
 from stickslip.estimation.selection.search.shapes import best_shape, refined, ripples
 from stickslip.estimation.selection.search.trial import Trial, conditioning, tried_term
 from stickslip.estimation.selection.search.tuning import SearchTuning
-from stickslip.estimation.selection.significance import Basis, held_out_errors, significance
+from stickslip.estimation.selection.significance import Basis, held_out_errors, significant_value
 from stickslip.estimation.selection.terms import DELAY, SATURATION, Term
 from stickslip.records import TermScore
 
@@ -107,9 +107,8 @@ def _without_viscous(model: Model, tuning: SearchTuning) -> Model:
     without = replace(model, viscous=False)
     basis = without.basis()
     partial = basis.partial(model.scaled(model.rows.velocity[:, None]))
-    if partial is None or significance(basis, partial) > tuning.largest_p_value:
-        return without
-    return model
+    kept = significant_value(basis, partial, tuning.largest_p_value)
+    return without if kept is None else model
 
 
 def _simplest(accepted: Sequence[Trial]) -> Trial:

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.search.tuning import SearchTuning
 from stickslip.estimation.selection.significance import Basis, Partial
@@ -65,9 +64,7 @@ def _refined_term(model: Model, place: int, family: Callable[[float], Shape]) ->
         return replace(model, chosen=tuple(chosen))
 
     def left(logarithm: float) -> float:
-        trial = changed(logarithm)
-        columns, target = trial.columns(), trial.target()
-        return float(np.sum((target - columns @ least_squares(columns, target)) ** 2))
+        return float(np.sum(changed(logarithm).residual() ** 2))
 
     low, high = _around(model, term, shape)
     found = minimize_scalar(

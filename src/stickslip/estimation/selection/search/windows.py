@@ -3,7 +3,6 @@
 import numpy as np
 
 from stickslip.estimation.fit.diagnostics import LEAST_SIGNAL_TO_NOISE
-from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.search.tuning import SearchTuning
@@ -70,7 +69,5 @@ def _encoder_bound(model: Model, noise: float, tuning: SearchTuning) -> bool:
 
     ``model`` has no terms; ``noise`` is that of an acceleration [m/s^2 or rad/s^2].
     """
-    base, target = model.base(), model.target()
-    values = least_squares(base, target)
-    left = float(np.sum((target - base @ values) ** 2))
-    return bool(model.rows.size * (values[0] * noise) ** 2 > tuning.encoder_share * left)
+    left = float(np.sum(model.residual() ** 2))
+    return bool(model.rows.size * (model.solution[0] * noise) ** 2 > tuning.encoder_share * left)

@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.fit.intervals import robust_uncertainty
-from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model, smallest_ratio
 from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.search.forward import BENDS
@@ -165,8 +164,8 @@ def _with_terms(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Mod
 
 def _weighed(model: Model, rival: Model) -> tuple[float, float] | None:
     """Return the weight of a rival and its standard error [-]; None if both fit the same."""
-    basis, columns = model.basis(), rival.columns()
-    partial = basis.partial((columns @ least_squares(columns, rival.target()))[:, None])
+    basis = model.basis()
+    partial = basis.partial((rival.columns() @ rival.solution)[:, None])
     if partial is None or partial.values[0] == 0.0:
         return None
     vectors = np.column_stack([basis.vectors, partial.vectors])

@@ -14,7 +14,7 @@ from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model import DELAY_TERM, Model, testable
 from stickslip.estimation.selection.model_rows import ModelRows, model_rows
 from stickslip.estimation.selection.search.tuning import SearchTuning
-from stickslip.estimation.selection.significance import significance
+from stickslip.estimation.selection.significance import significant_value
 from stickslip.estimation.selection.terms import MODEL_SCALE
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotions
@@ -164,12 +164,9 @@ def wrong_delay(
     if given is None or not testable(model):
         return ""
     basis = model.basis()
-    column = model.term_columns(DELAY_TERM, DELAY_TERM.shapes[0])
-    partial = basis.partial(column)
-    if partial is None or significance(basis, partial) > tuning.largest_p_value:
-        return ""
-    error = float(partial.values[0])
-    if abs(error) < tuning.largest_delay_error:
+    partial = basis.partial(model.term_columns(DELAY_TERM, DELAY_TERM.shapes[0]))
+    error = significant_value(basis, partial, tuning.largest_p_value)
+    if error is None or abs(error) < tuning.largest_delay_error:
         return ""
     return (
         f"the given effort delay of {1e3 * given:.4g} ms disagrees with the log, which shows about "
@@ -431,9 +428,9 @@ def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning
         return ""
     basis = model.basis()
     partial = basis.partial(model.scaled(model.rows.acceleration[:, None]))
-    if partial is None or significance(basis, partial) > tuning.largest_p_value:
+    error = significant_value(basis, partial, tuning.largest_p_value)
+    if error is None:
         return ""
-    error = float(partial.values[0])
     if model.inertia + error <= 0.0:
         return (
             f"with the given {kind} of {model.inertia:.4g} {unit} the log shows a negative one: "

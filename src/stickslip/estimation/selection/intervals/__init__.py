@@ -1,0 +1,1 @@
+"""Errors of a fit beyond its sampling error, which widen the intervals."""
