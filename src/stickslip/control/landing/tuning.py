@@ -163,9 +163,9 @@ class LearningTuning:
     exact sensors."""
     lag_spread: float = 0.5
     """Prior deviation of the share of each past effort in the present one [-]."""
-    lowest_gain: float = 0.7
-    """Lowest gain of a drive [-]: one beyond the two bounds is an error of the model."""
-    highest_gain: float = 1.3  #: Highest gain of a drive [-].
+    farthest_gain: float = 0.3
+    """Largest difference of the gain of a drive from 1 [-]: a larger one is an error of the
+    model."""
     clip_evidence: float = 0.25
     """Squared residuals with a clipped effort below which it is clipped [squared residuals
     without]."""

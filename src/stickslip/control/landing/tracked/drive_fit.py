@@ -61,7 +61,7 @@ class DriveFit:
     def gain(self) -> float:
         """Gain of the drive [-]."""
         seen = float(self.values[:LAGS].sum()) if self.rows else 1.0
-        return min(max(seen, LEARNING.lowest_gain), LEARNING.highest_gain)
+        return min(max(seen, 1.0 - LEARNING.farthest_gain), 1.0 + LEARNING.farthest_gain)
 
     @property
     def friction(self) -> tuple[float, float]:
