@@ -1,5 +1,6 @@
 """Repairs of a log that every offline estimator gets."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -206,3 +207,18 @@ def test_a_time_stamp_next_to_another_is_left_out(gap: float) -> None:
     np.testing.assert_allclose(
         found.measured_position[inside], 3.5 * np.sin(2.0 * found.time[inside]), atol=2e-5
     )
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 2.0])
+def test_a_velocity_that_is_not_used_is_noted_with_its_scale_and_delay(scale: float) -> None:
+    rng = np.random.default_rng(3)
+    late = 7.0 * np.cos(2.0 * (TIME - 0.003))
+    log = replace(
+        log_of(TRUE + 1e-5 * rng.normal(size=TIME.size)),
+        measured_velocity=scale * late + 1e-4 * rng.normal(size=TIME.size),
+    )
+    (note,) = (each for each in prepare(log).notes if each.startswith("the measured velocity"))
+    found = re.search(r"is (\S+) times .* delayed by (\S+) ms; not used", note)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(scale, rel=1e-3)
+    assert float(found[2]) == pytest.approx(3.0, rel=0.05)

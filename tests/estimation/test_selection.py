@@ -22,6 +22,8 @@ from stickslip.estimation.selection.intervals.rival_law import (
 )
 from stickslip.estimation.selection.judgement.plausibility import PlausibilityTuning
 from stickslip.estimation.selection.model_rows import model_rows
+from stickslip.estimation.selection.search.tuning import SearchTuning
+from stickslip.estimation.selection.search.windows import half_width
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.records import AxisLog, InputError, LogSource, Status
 
@@ -548,6 +550,12 @@ def test_jitter_of_the_clock_is_seen_in_the_noise_of_the_motion() -> None:
     noise = slip_motions(prepare(log), MotionTuning()).position_noise
     speed = np.sqrt(np.mean(Motion(time=TIME).velocity ** 2))
     assert noise == pytest.approx(jitter * speed, rel=0.5)
+
+
+def test_windows_are_no_wider_than_a_log_in_a_wrong_unit_of_time() -> None:
+    log = prepare(replace(log_of(), time=TIME / 86400.0))  # days taken for seconds
+    half = half_width(slip_motions(log, MotionTuning()), log.sampling_time, SearchTuning())
+    assert half <= TIME.size
 
 
 @pytest.mark.slow

@@ -258,6 +258,29 @@ def test_what_is_stated_above_the_file_is_told(read):
     assert position.endswith("its unit is mm as stated, not m as in the file")
 
 
+@pytest.mark.parametrize(
+    ("header", "stated", "steps"),
+    [
+        ("t [s]", 2.0, " 't', with steps of 1 s"),
+        ("t [ms]", 1.0, " 't', with steps of 0.001 s"),
+        ("t [ms]", 0.001, " 't'"),
+        ("t [s]", 1.009, " 't'"),
+        ("t [s]", 1.011, " 't', with steps of 1 s"),
+    ],
+)
+def test_a_stated_sampling_that_time_stamps_contradict_is_noted(read, header, stated, steps):
+    log = read([header, "x [m]", "force [N]"], LogSchema(sampling_time=stated))
+    (note,) = (each for each in log.source.assumptions if each.startswith("time is"))
+    assert note == f"time is the stated sampling of {stated:.6g} s, not column{steps}"
+
+
+def test_time_stamps_that_cannot_be_read_do_not_prevent_a_stated_sampling(tmp_path):
+    path = tmp_path / "stage.csv"
+    path.write_text("t,x [m],force [N]\n0,1,2\nlost,2,3\n1,4,5\n")
+    log = read_log(path, LogSchema(sampling_time=0.5))
+    assert "time is the stated sampling of 0.5 s, not column 't'" in log.source.assumptions
+
+
 def test_what_is_stated_as_the_file_has_it_needs_no_words(read):
     schema = LogSchema(units={"position": "deg"})
     assumptions = read(["t", "x [°]", "torque [N m]"], schema).source.assumptions

@@ -277,11 +277,15 @@ def test_a_stated_position_chooses_its_axis(file):
         (1e7, 1.34e17, True),  # FILETIME
         (5e4, 0.0, False),  # a step of 100: 100 ms or 100 us
         (1e12, 0.0, False),
+        (1.0 / 3600.0, 0.0, False),  # hours
+        (1.0 / 86400.0, 45000.0, False),  # days, as spreadsheets count them
     ],
 )
 def test_units_of_time_by_their_step(file, factor, offset, known):
     q, dq, tau = motion(0)
-    stamps = np.rint(TIME * factor + offset).astype(np.int64) if factor > 1 else TIME + offset
+    stamps = TIME * factor + offset
+    if factor > 1:
+        stamps = np.rint(stamps).astype(np.int64)
     path = file(["t", "angle", "vel", "torque"], [stamps, q, dq, tau])
     if known:
         log = read_log(path)

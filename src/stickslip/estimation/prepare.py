@@ -422,8 +422,8 @@ def _with_velocity(
             0.0,
             0.0,
             [
-                f"the measured velocity is {scale:.4g} times that of the positions and "
-                f"delayed by {1e3 * delay:.3g} ms; not used"
+                f"the measured velocity is {1.0 / scale:.4g} times that of the positions and "
+                f"delayed by {1e3 * delay / scale:.3g} ms; not used"
             ],
         )
     fused = fuse(x, v, position, velocity, T)

@@ -29,6 +29,10 @@ _NEAR_END = 100.0
 
 _SECONDS = 1.0  # steps up to this are seconds: nothing logs an axis every 1 us [s]
 
+_LONGER_UNIT = 3e-6
+"""Steps below this are in a longer unit than s, as in the days of a spreadsheet: the step of a fast
+log, of 10 ms, in hours [s]."""
+
 _AMBIGUOUS = 100  # fewest samples at which a step of 0.1 to 1 is ambiguous: it may be in s or in ms
 
 _COARSE = 0.01
@@ -140,7 +144,7 @@ def unit_of_stamps(
 
     Stamps of the size of a calendar time are one. Others are in s if their step is at most 1, or
     else in the one unit of ms, us and ns in which it is a sampling time. A long log with a step of
-    0.1 to 1 is refused: it is slow in s, and ordinary in ms.
+    0.1 to 1 is refused: it is slow in s, and ordinary in ms. So is a step below 3e-6.
     """
     plain = "no unit is given, so it is taken in s"
     if stamps.size < 2 or not np.isfinite(stamps).all():
@@ -152,6 +156,10 @@ def unit_of_stamps(
     if _SLOWEST * (1.0 + _ROUNDED) < step <= _SECONDS and stamps.size >= _AMBIGUOUS:
         raise InputError(
             "time_unit_unknown", where=label, column=column, step=step, units=["s", "ms"]
+        )
+    if 0.0 < step < _LONGER_UNIT:
+        raise InputError(
+            "time_unit_unknown", where=label, column=column, step=step, units=["hour", "day"]
         )
     if step <= _SECONDS:
         return 1.0, plain

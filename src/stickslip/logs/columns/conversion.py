@@ -42,6 +42,10 @@ _NEAR_END = 1.5
 
 _FEWEST_JUMPS = 3  # of such steps: fewer may be faults
 
+_OTHER_SAMPLING = 0.01
+"""Deviation of a stated sampling time from that of a column of time stamps [-] from which it is
+noted: lost samples cause less."""
+
 _DISTANT = 1e5
 """Stamps that begin later than this count from the first [s]: they are those of a calendar."""
 
@@ -451,6 +455,19 @@ def _source_in_memory(table: Table, time: Column, channels: Mapping[str, Column]
     return LogSource(files=(table.label,), sha256=digest.hexdigest())
 
 
+def _mean_step(table: Table, column: str) -> float | None:
+    """Return the mean step of a column of time stamps [s]; None if they are no clock."""
+    unit = table.units.get(column)
+    try:
+        stamps = table.load([column])[column]
+        clock = _Clock.of(table, stamps, unit, column)
+    except InputError:  # the reason for which a sampling time may be stated
+        return None
+    step = float(np.mean(np.diff(stamps))) if stamps.size > 1 else np.nan
+    counts = unit is None and step == 1.0  # samples, perhaps
+    return step * clock.factor if np.isfinite(step) and step > 0.0 and not counts else None
+
+
 def _timing(log: AxisLog, table: Table, bound: Mapping[str, Bound]) -> list[str]:
     """Return sentences on the time stamps: that they are not used, jitter and gaps."""
     if "time" not in bound:
@@ -458,7 +475,11 @@ def _timing(log: AxisLog, table: Table, bound: Mapping[str, Bound]) -> list[str]
         listed = " and ".join(map(repr, unused))
         if not unused:
             return []
-        return [f"time is the stated sampling of {log.sampling_time:.6g} s, not column {listed}"]
+        stated = log.sampling_time
+        steps = [step for column in unused if (step := _mean_step(table, column)) is not None]
+        others = [f"{step:.6g} s" for step in steps if abs(step / stated - 1.0) > _OTHER_SAMPLING]
+        own = f", with steps of {' and '.join(others)}" if others else ""
+        return [f"time is the stated sampling of {stated:.6g} s, not column {listed}{own}"]
     notes: list[str] = []
     if log.timing_jitter > _NOTICEABLE_JITTER:
         notes.append(

@@ -31,7 +31,10 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
     inertia by its share of the acceleration beyond the other columns and the position. If it also
     makes most of the residual, wider windows have smaller errors, as long as they cover the moves.
     """
-    half = max(tuning.fewest_samples, round(tuning.shortest_window / sampling_time))
+    # No window is wider than a stretch: a unit of time that is wrong would need any number of taps
+    longest = max((motion.position.size for motion in motions.stretches), default=0)
+    shortest = min(round(tuning.shortest_window / sampling_time), longest)
+    half = max(tuning.fewest_samples, shortest)
     quiet = 0.0  # time that the narrowest windows without attenuation cover
     kept = 0  # half of the widest of those that cover as much
     while True:
