@@ -46,7 +46,7 @@ def print_identification(console: "Console", identification: Identification) -> 
         console.print(f"{log.name}: {_sampling(log)}, {log.kind} axis")
     _listed(console, "Assumed in reading it:", estimate.provenance.assumptions)
     console.print()
-    console.print(parameter_table(identification).to_rich())
+    print_table(console, parameter_table(identification))
     console.print()
     assumed = assumed_units(identification.logs)
     for words in (assumed, side_text(estimate)):
@@ -202,7 +202,7 @@ def print_comparison(console: "Console", found: EstimatorComparison | EstimatorS
         console.print(f"{found.name}: {runs}, {found.kind} axis", soft_wrap=True)
         console.print()
         for table in comparison.score_tables(found):
-            console.print(table.to_rich())
+            print_table(console, table)
         if any(each.assumes_inertia for each in found.applied):
             _listed(console, "", [comparison.assumed_inertia(found)], bullet="")
         _listed(console, "", found.notes)
@@ -228,13 +228,13 @@ def print_positioning(console: "Console", result: Positioning) -> None:
         f"{result.name}: {result.controller}, {positioning.what_moves(result)}", soft_wrap=True
     )
     console.print()
-    console.print(positioning.move_table(result).to_rich())
+    print_table(console, positioning.move_table(result))
     if run.phases:
         console.print(positioning.phase_table(run).to_rich())
         if run.arm is not None and run.arm.series:
-            console.print(positioning.series_table(run, run.arm, result).to_rich())
+            print_table(console, positioning.series_table(run, run.arm, result))
     if result.runs[0].estimates:
-        console.print(positioning.estimate_table(result).to_rich())
+        print_table(console, positioning.estimate_table(result))
         if result.counts_offset:
             words = "Friction of each direction has the constant offset in it, also the truth's."
             _say(console, words, "dim")
@@ -297,7 +297,7 @@ def print_excitation(console: "Console", designed: Excitation) -> None:
             for name, each in designed.expected.items()
         ],
     )
-    console.print(table.to_rich())
+    print_table(console, table)
     words = (
         "At best, for an axis as believed and a known effort: friction that changes, or a force "
         "that disturbs the axis, widens the intervals."
