@@ -395,12 +395,39 @@ def test_words_in_brackets_need_no_unit(file):
         ["Zeit in ms", "Winkel [°]", "Drehzahl / U/min", "Drehmoment [mNm]"],
         ["temps (ms)", "position (deg)", "vitesse (tr/min)", "couple (mN.m)"],
         ["tempo [ms]", "posizione [deg]", "velocita [1/min]", "coppia [mNm]"],
+        ["tempo [ms]", "posizione [deg]", "velocità [1/min]", "coppia [mNm]"],
+        ["tiempo (ms)", "posición (deg)", "velocidad (rpm)", "Torque (mNm)"],
+        ["Zeit in ms", "Istposition in °", "Istdrehzahl in U/min", "Istmoment in mNm"],
     ],
 )
 def test_headers_in_other_languages(file, header):
     q, dq, tau = motion(0)
     columns = [TIME * 1e3, np.rad2deg(q), dq * 60 / TURN, tau * 1e3]
     check(read_log(file(header, columns, delimiter=";")), 0)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [["Zeit [s]", "Weg [m]", "Kraft [N]"], ["temps (s)", "déplacement (m)", "force (N)"]],
+)
+def test_linear_axes_in_other_languages(file, header):
+    q, _, tau = motion(0)
+    log = read_log(file(header, [TIME, q, tau], delimiter=";"))
+    assert log.kind == "linear"
+    np.testing.assert_allclose(log.measured_position, q)
+
+
+def test_a_set_point_in_german_is_no_measurement(file):
+    q, _, tau = motion(0)
+    header = ["Zeit [s]", "Sollposition [°]", "Istposition [°]", "Drehmoment [Nm]"]
+    log = read_log(file(header, [TIME, 0 * q + TIME, np.rad2deg(q), tau]))
+    np.testing.assert_allclose(log.measured_position, q, rtol=0, atol=1e-12)
+
+
+def test_accents_in_the_name_of_an_axis_stay(file):
+    q, _, tau = motion(0)
+    header = ["time_s", "épaule.angle", "épaule.torque", "coude.angle", "coude.torque"]
+    assert set(read_axes(file(header, [TIME, q, tau, q, tau]))) == {"épaule", "coude"}
 
 
 def test_the_name_of_an_axis_in_brackets(file):

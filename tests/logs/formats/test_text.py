@@ -158,3 +158,23 @@ def test_a_column_may_be_named_as_a_pattern(read):
     schema = LogSchema(kind="linear", time="n0", position="n1", effort="n{axis}")
     log = read("n0,n1,n{axis}\n" + ROWS, schema)
     np.testing.assert_array_equal(log.effort, EFFORT)
+
+
+@pytest.mark.parametrize(
+    "date", ["2024-12-31 {}", "2024-12-31T{}", "2024/12/31 {}", "31.12.2024 {}", "{}"]
+)
+def test_dates_of_several_forms_are_seconds_since_the_first(read, date):
+    clocks = ["23:59:58.5", "23:59:59.000", "23:59:59.5"]
+    rows = [f"{date.format(clock)},{k},{k + 1}" for k, clock in enumerate(clocks)]
+    log = read("\n".join(["time,x,F", *rows, ""]))
+    assert log.time.tolist() == [0.0, 0.5, 1.0]
+
+
+def test_a_date_goes_on_at_midnight(read):
+    log = read("t,x,F\n31.12.2024 23:59:59,0,1\n01.01.2025 00:00:00,1,2\n")
+    assert log.time.tolist() == [0.0, 1.0]
+
+
+def test_a_delimiter_behind_the_last_name_is_no_column(read):
+    log = read("t,x,F,\n" + ROWS)
+    assert log.effort.tolist() == EFFORT

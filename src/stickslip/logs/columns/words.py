@@ -1,6 +1,7 @@
 """The meaning of a column by the words of its name: a channel, an axis, measured or commanded."""
 
 import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -29,8 +30,8 @@ _STRONG: Mapping[str, frozenset[str]] = {
         "datetime"
     ),
     "position": _set(
-        "position pos posn fpos angle theta displacement qm lage lageistwert winkel posizione "
-        "posicion"
+        "position pos posn fpos angle theta displacement qm lage lageistwert winkel weg posizione "
+        "posicion deplacement"
     ),
     "velocity": _set(
         "velocity vel velo fvel speed omega dq qd qdot dx xdot drehzahl geschwindigkeit "
@@ -97,7 +98,7 @@ _PAIRS: Mapping[tuple[str, str], str] = {
 """Words that a name may hold in two pieces."""
 
 WORDS_OF_KIND: Mapping[AxisKind, frozenset[str]] = {
-    "linear": _set("force displacement kraft forza fuerza"),
+    "linear": _set("force displacement kraft weg deplacement forza fuerza"),
     "rotary": _set(
         "torque torq tau trq drehmoment couple coppia angle theta omega winkel drehzahl"
     ),
@@ -217,7 +218,7 @@ def words_in(text: str) -> list[str]:
     words: list[str] = []
     for piece in _PIECE.findall(text):
         found = _WORD.findall(_HUNGARIAN.sub("", piece))
-        words += [_singular(word.lower()) for word in found]
+        words += [part for word in found for part in _known(word.lower())]
     merged: list[str] = []
     for word in words:
         pair = _PAIRS.get((merged[-1], word)) if merged else None
@@ -226,6 +227,21 @@ def words_in(text: str) -> list[str]:
         else:
             merged.append(word)
     return merged
+
+
+def _known(word: str) -> list[str]:
+    """Return a word as the vocabulary has it: singular, without accents, a German compound apart.
+
+    >>> _known("velocità"), _known("istposition"), _known("épaule")
+    (['velocita'], ['ist', 'position'], ['épaule'])
+    """
+    plain = "".join(c for c in unicodedata.normalize("NFKD", word) if not unicodedata.combining(c))
+    word = _singular(plain if plain in _VOCABULARY else word)
+    for first in ("ist", "soll"):
+        rest = word.removeprefix(first)
+        if rest != word and any(rest in words for words in _STRONG.values()):
+            return [first, rest]
+    return [word]
 
 
 def _singular(word: str) -> str:

@@ -30,10 +30,10 @@ _COMMENTS = ("#", "%", "//")
 _REMARK = re.compile(r"(?<=\s)#.*")  # a # without a blank before it begins a cell, such as #N/A
 
 _MOMENT = re.compile(
-    r"(?:(?P<date>\d{4}-\d\d-\d\d)[T ])?(?P<clock>\d\d:\d\d:\d\d)(?:[.,](?P<fraction>\d{1,9}))?"
-    r"(?P<offset>Z|[+-]\d\d:?\d\d)?"
+    r"(?:(?:(?P<date>\d{4}([-/])\d\d\2\d\d)|(?P<day>\d\d)\.(?P<month>\d\d)\.(?P<year>\d{4}))[T ])?"
+    r"(?P<clock>\d\d:\d\d:\d\d)(?:[.,](?P<fraction>\d{1,9}))?(?P<offset>Z|[+-]\d\d:?\d\d)?"
 )
-"""A date as ISO 8601 has it, or a time of day."""
+"""A date as ISO 8601 has it, with slashes, or as in 31.12.2024, or a time of day."""
 
 _BLANKS = " "  # delimiter of columns between runs of blanks
 
@@ -274,6 +274,8 @@ def _names(dialect: _Dialect, line: str, width: int) -> list[str] | None:
     if dialect.delimiter == _BLANKS:
         line = re.sub(r"\s+(?=[\[(])", "", line)
     cells = dialect.cells(line)
+    if len(cells) == width + 1 and not cells[-1]:  # a delimiter that rows do not end with
+        cells.pop()
     return cells if len(cells) == width and any(cells) else None
 
 
@@ -378,15 +380,19 @@ def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
     """Return dates or times of day as seconds since the first."""
     if len({each["offset"] for each in moments}) > 1:
         raise InputError("several_time_zones", where=label, name=name)
-    texts = [
-        f"{each['date'] or '1970-01-01'}T{each['clock']}.{each['fraction'] or '0'}"
-        for each in moments
-    ]
+    texts = [f"{_date(each)}T{each['clock']}.{each['fraction'] or '0'}" for each in moments]
     try:
         stamps = np.array(texts, "datetime64[ns]")
     except ValueError as error:
         raise InputError("no_such_date", where=label, name=name, reason=str(error)) from None
     return (stamps - stamps[:1]).astype(np.int64) * 1e-9
+
+
+def _date(moment: re.Match[str]) -> str:
+    """Return the date of a moment as ISO 8601 has it; any for a time of day."""
+    if moment["year"]:
+        return f"{moment['year']}-{moment['month']}-{moment['day']}"
+    return (moment["date"] or "1970-01-01").replace("/", "-")
 
 
 def _careful(
