@@ -73,6 +73,18 @@ def test_a_frame_without_columns():
         log_from_frame(pd.DataFrame())
 
 
+@pytest.mark.parametrize("library", ["pandas", "pyarrow"])
+def test_a_frame_with_equal_names(library):
+    rows = [[0.0, 1.0, 2.0], [1.0, 2.0, 3.0]]
+    names = ["t", "x", "x"]
+    frames = {
+        "pandas": pd.DataFrame(rows, columns=names),
+        "pyarrow": pa.table([[0.0, 1.0], [1.0, 2.0], [2.0, 3.0]], names=names),
+    }
+    with refuses("frame_with_equal_names", where="data frame"):
+        log_from_frame(frames[library], LINEAR)
+
+
 def test_a_frame_has_no_files(columns):
     with refuses("frame_with_files"):
         log_from_frame(pd.DataFrame(columns), LogSchema(kind="linear", files={"a": "a.csv"}))

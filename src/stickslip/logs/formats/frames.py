@@ -18,11 +18,14 @@ def table_of_frame(frame: Any, label: str) -> Table:
     Dates and durations become seconds; dates count from the first.
     """
     import narwhals as nw
+    from narwhals.exceptions import DuplicateError
 
     try:
         data = nw.from_native(frame)
     except TypeError:
         raise InputError("not_a_frame", where=label, found=type(frame).__name__) from None
+    except DuplicateError:
+        raise InputError("frame_with_equal_names", where=label) from None
     if isinstance(data, nw.LazyFrame):
         data = data.collect()
     titles = [str(title) for title in data.columns]
