@@ -26,6 +26,7 @@ BAD = [
     (ROTARY, ("--inertia", "-2"), ["inertia is -2 kg m^2, it must be positive"]),
     (LOG, ("--mass", "nan"), ["--mass is nan kg, it must be finite; give a finite value"]),
     (LOG, ("--stiffness", "inf", "--load-mass", "1"), ["stiffness is inf N/m, it must be finite"]),
+    (LOG, ("--from", "-1"), ["--from is -1 s, it must not be negative"]),
     (LOG, ("--load-mass", "5"), ["load"]),
     (LOG, ("--schema", "no.toml"), ["no.toml", "check the path"]),
     (LOG, ("--axis", "3"), ["axis '3'"]),

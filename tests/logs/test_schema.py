@@ -128,3 +128,9 @@ def test_columns_stated_apart_replace_the_schemas_own() -> None:
     merged = schema.overridden(None, AxisSchema(time="t", units={"effort": "kN"}))
     assert (merged.time, merged.sampling_frequency, merged.position) == ("t", None, "x")
     assert dict(merged.units) == {"position": "mm", "effort": "kN"}
+
+
+def test_a_part_of_a_log_that_begins_before_it_is_refused():
+    with refuses("negative", name="start_time", value=-1.0):
+        LogSchema(start_time=-1.0)
+    assert LogSchema(start_time=0.0).start_time == 0.0

@@ -50,7 +50,10 @@ def _flag(arguments: Sequence[str], name: str) -> str:
     """Return the option of the command for a setting of the package; its name without an option."""
     flag = f"--{name.replace('_', '-')}"
     options = app[arguments[0]].assemble_argument_collection()
-    return flag if any(flag in each.names for each in options) else name
+    if any(flag in each.names for each in options):
+        return flag
+    others = (each.name for each in options if each.field_info.name == name)
+    return next((each for each in others if each.startswith("--")), name)
 
 
 def run(arguments: Sequence[str]) -> int:

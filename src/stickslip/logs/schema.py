@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
 from stickslip.input_files import read_toml, record_from, unknown_key
-from stickslip.records import AxisKind, InputError, ReadOnlyMapping, one_of, positive
+from stickslip.records import AxisKind, InputError, ReadOnlyMapping, non_negative, one_of, positive
 
 CHANNELS = ("time", "position", "velocity", "effort", "load_position", "load_velocity")
 """Channels of a log; each is also the name of a quantity (without ``load_``)."""
@@ -104,6 +104,8 @@ class AxisSchema:
         for key, unit in _POSITIVE.items():
             if (value := getattr(self, key)) is not None:
                 positive(key, value, unit)
+        if self.start_time is not None:
+            non_negative("start_time", self.start_time, "s")
         if self.effort_side not in {None, *get_args(Side)}:
             raise InputError("effort_side_unknown", value=self.effort_side, sides=get_args(Side))
         ratio = self.gear_ratio
