@@ -40,8 +40,7 @@ _TRANSITION = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])  # o
 _WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 
 _SAMPLES = 3  # the shortest braking
-# Time of the speed of an axis that vibrates: a period of 50 Hz [s]; and samples at least
-_SWING, _FEWEST = 0.02, 5
+_SWING = 0.03  # [s]: time of the speed of an axis that vibrates, two periods of 65 Hz
 _FAR = 0.2  # of the way of a move: an axis that goes on so far is not observed any longer
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
@@ -94,7 +93,7 @@ def remember(p: Any, x: float) -> None:
 def _steps(p: Any) -> int:
     """Return over how many samples the speed of braking is taken."""
     if p.swung or p.shaken or p.shakes:
-        return min(max(math.ceil(_SWING / p.period), _FEWEST), KEPT - 1)
+        return min(max(math.ceil(_SWING / p.period), PAST - 1), KEPT - 1)
     return PAST - 1
 
 
