@@ -17,7 +17,7 @@ MASS = (2.0, 0.7)  # kg
 LENGTH = 0.4  # m, of the first link
 CENTRE = (0.25, 0.3)  # m, of the masses from their joints
 OWN = (0.02, 0.008)  # kg m^2, about the centres
-SMALLEST = 1e-12
+LARGEST_MODEL_ERROR = 2e-3  # of the effort; stamps of arrival 5 ms off cause 1e-2
 
 
 def link(name: str, mass: float, centre: float, inertia: float) -> str:
@@ -80,19 +80,34 @@ def test_two_links_in_a_plane(tmp_path):
     assert robot.mean_inertia(q)[0] == pytest.approx(own[:, 0].mean(), rel=1e-6)
 
 
-def joint_logs(offset: float = 0.0) -> dict[str, AxisLog]:
-    """Return logs of both joints with friction 1.5 N m and 0.8 N m s/rad, without noise."""
-    T = 1e-3
-    t = np.arange(0, 12, T)
+TIME = 1e-3 * np.arange(12000.0)
+
+
+def motion():
+    """Return position, velocity and acceleration of both joints."""
+    t = TIME
     rates, phases = np.array([[1.9, 5.1], [2.7, 4.3]]), np.array([[0.1, 1.0], [2.0, 0.4]])
     sizes = np.array([[0.6, 0.15], [0.5, 0.2]])
     angle = rates[None] * t[:, None, None] + phases
     q = (sizes * np.sin(angle)).sum(2)
     v = (sizes * rates * np.cos(angle)).sum(2)
     a = -(sizes * rates**2 * np.sin(angle)).sum(2)
+    return q, v, a
+
+
+def joint_logs(stamps=TIME, elbow: float = 1.0) -> dict[str, AxisLog]:
+    """Return logs of both joints with friction 1.5 N m and 0.8 N m s/rad, without noise.
+
+    The motion of the elbow is multiplied by ``elbow``; below 1 its encoder is coarse.
+    """
+    q, v, a = motion()
+    for each in (q, v, a):
+        each[:, 1] *= elbow
     effort = closed_form(q, v, a) + 0.3 * a + 1.5 * np.sign(v) + 0.8 * v
+    if elbow < 1.0:
+        q[:, 1] = 1e-4 * np.round(q[:, 1] / 1e-4)
     return {
-        name: axis_log(t, effort[:, k], q[:, k], name=name, kind="rotary")
+        name: axis_log(stamps, effort[:, k], q[:, k], name=name, kind="rotary")
         for k, name in enumerate(("elbow_motor", "shoulder_motor")[::-1])
     }
 
@@ -115,6 +130,32 @@ def test_friction_of_links_that_load_each_other(tmp_path):
     inertia = own[0, 1] - closed_form(*np.zeros((3, 1, 2)))[0, 1]
     found = fitted(moved["elbow_motor"]).value("inertia")
     assert found == pytest.approx(0.3 + inertia, rel=0.01)
+
+
+def grouped(size: int):
+    """Return time stamps of records that arrive in groups [s]."""
+    record = np.arange(TIME.size)
+    last = np.minimum(record // size * size + size - 1, record[-1])
+    return TIME[last] + 2e-6 * (record % size)
+
+
+@pytest.mark.parametrize("elbow", [1.0, 1e-3], ids=["moving elbow", "resting elbow"])
+def test_model_effort_of_stamps_of_arrival_is_that_of_even_times(tmp_path, elbow):
+    robot = read_urdf(written(tmp_path, two_links()))
+    logs = joint_logs(grouped(10), elbow)
+    joint_of = joint_of_each(list(logs), robot.joints, {})
+    found = with_model_effort(logs, robot, joint_of)
+    q, v, a = motion()
+    for each in (q, v, a):
+        each[:, 1] *= elbow
+    effort = closed_form(q, v, a)
+    for k, name in enumerate(("shoulder_motor", "elbow_motor")):
+        still, turned = np.zeros_like(q), np.zeros_like(q)
+        turned[:, k] = 1.0
+        own = (closed_form(q, still, turned) - closed_form(q, still, still))[:, k].mean()
+        expected = effort[:, k] - own * a[:, k]
+        error = np.std((found[name].model_effort - expected)[200:-200])
+        assert error < LARGEST_MODEL_ERROR * np.std(effort[:, 0]), (name, error)
 
 
 @pytest.mark.parametrize(

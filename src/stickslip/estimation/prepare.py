@@ -5,6 +5,7 @@ restored, glitches and steps of the position are repaired, clipped efforts are m
 time stamps resampled. Each change is counted and stated in a note.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
 
@@ -225,9 +226,52 @@ def _timed(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, lis
     return restored, period, [*notes, *close, *lost]
 
 
+def sample_times(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> Float[np.ndarray, " n"]:
+    """Return the time at which each sample of a log was taken, as `prepare` finds it [s].
+
+    That of a sample which `prepare` excludes is interpolated.
+    """
+    timed, _, _ = _timed(log, tuning)
+    if len(timed) == len(log):
+        return timed.time
+    kept = np.append(True, ~_close_stamps(log, tuning))
+    return np.interp(log.time, log.time[kept], timed.time)
+
+
+def with_common_times(
+    logs: Mapping[str, AxisLog], tuning: PreparationTuning = _DEFAULT
+) -> dict[str, AxisLog]:
+    """Return logs of one record, with the even times that the motion of another axis shows.
+
+    Time stamps of arrival are those of the whole record. An axis that hardly moves does not show
+    that its samples are even; the one with the same time stamps that moves does.
+    """
+    found = dict(logs)
+    shown = {axis for axis, log in logs.items() if with_even_time(log, tuning.arrival)[1]}
+    for axis, log in logs.items():
+        if axis in shown:
+            continue
+        same = [other for other in sorted(shown) if np.array_equal(logs[other].time, log.time)]
+        if same:
+            note = (
+                f"the time stamps are those of arrival, as the motion of {same[0]} shows; even "
+                "times are used"
+            )
+            source = log.source
+            if source is not None:
+                source = replace(source, assumptions=(*source.assumptions, note))
+            found[axis] = replace(log, time=sample_times(logs[same[0]], tuning), source=source)
+    return found
+
+
+def _close_stamps(log: AxisLog, tuning: PreparationTuning) -> Bool[np.ndarray, " m"]:
+    """Mark the steps of time that are too short for one sample."""
+    return np.diff(log.time) < tuning.closest * log.sampling_time
+
+
 def _without_close_stamps(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, list[str]]:
     """Return the log without samples whose time stamp is next to that of the one before."""
-    close = np.diff(log.time) < tuning.closest * log.sampling_time
+    close = _close_stamps(log, tuning)
     if not close.any():
         return log, []
     note = (

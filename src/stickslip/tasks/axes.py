@@ -167,6 +167,8 @@ def identify_axes(
     InputError
         If the log cannot be read, no axis can be identified, or there is no such estimator.
     """
+    from stickslip.estimation.prepare import with_common_times
+
     entry_of(estimator)
     if isinstance(log, Mapping):
         logs = dict(log)
@@ -174,7 +176,7 @@ def identify_axes(
         name, logs = Path(log).stem, axes_at(log, schema, columns)
     task = task or EstimationTask()
     readable = {axis: each for axis, each in logs.items() if isinstance(each, AxisLog)}
-    results = _identified(readable, estimator, task, progress)
+    results = _identified(with_common_times(readable), estimator, task, progress)
     errors = {
         axis: result
         for axis in logs

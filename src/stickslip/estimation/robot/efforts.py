@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.prepare import prepare
+from stickslip.estimation.prepare import prepare, sample_times, with_common_times
 from stickslip.estimation.robot.model import RobotModel
 from stickslip.estimation.signals.kinematics import (
     LowPass,
@@ -134,6 +134,7 @@ def with_model_effort(
             )
         if log.effort_unit:
             raise InputError("model_needs_torque", where=axis, unit=log.effort_unit)
+    logs = with_common_times(logs)
     place = {axis: names.index(joint_of[axis]) for axis in logs}
     motions = {axis: _motion_of(log) for axis, log in logs.items()}
     still = [name for name in names if name not in {joint_of[axis] for axis in logs}]
@@ -141,12 +142,13 @@ def with_model_effort(
     # Times, accelerations, efforts of the links, and mean inertias of the joints
     known: list[tuple[Float[np.ndarray, "..."], ...]] = []
     for axis, log in logs.items():
-        same = [entry for entry in known if np.array_equal(entry[0], log.time)]
+        taken = sample_times(log)
+        same = [entry for entry in known if np.array_equal(entry[0], taken)]
         if not same:
             moved = np.zeros((3, len(log), len(names)))
             for other, (time, *motion) in motions.items():
-                moved[:, :, place[other]] = [np.interp(log.time, time, each) for each in motion]
-            known.append((log.time, moved[2], robot.effort(*moved), robot.mean_inertia(moved[0])))
+                moved[:, :, place[other]] = [np.interp(taken, time, each) for each in motion]
+            known.append((taken, moved[2], robot.effort(*moved), robot.mean_inertia(moved[0])))
             same = known[-1:]
         _, acceleration, effort, inertias = same[0]
         k = place[axis]
