@@ -24,6 +24,10 @@ A half width is at least 1.5 |J^-1 M_1 beta|: the interval is for the parameters
 the log, which are the means over it. Where both halves of the log hold the same moves, M_1 is
 small, and noise changes the width little.
 
+The first snapshot is the information J_0 of the first guess, which no batch holds. The error of the
+first guess adds the variance J^-1 J_0 J^-1, at most J^-1: a motion in one direction, for instance,
+does not distinguish Coulomb friction from the offset, and all batches agree on the first guess.
+
 R. G. Miller (1974), "The jackknife: a review", Biometrika 61; P. W. Glynn and D. L. Iglehart
 (1990), "Simulation output analysis using standardized time series", Math. Oper. Res. 15.
 
@@ -37,6 +41,7 @@ from jaxtyping import Float
 from scipy import stats
 
 from stickslip.compiled import compiled
+from stickslip.estimation.point_estimate import NORMAL_95
 
 FEWEST_BATCHES = 4
 """Batches below which there is no interval."""
@@ -151,11 +156,22 @@ def jackknife(
     inflation = (1.0 + r) / (1.0 - r)
     factor = stats.t.ppf(_PROBABILITY, np.maximum((count - 1) / inflation, _FEWEST_DEGREES))
     half = factor * np.sqrt((count - 1) / count * squares * inflation)
+    half = np.hypot(half, NORMAL_95 * np.sqrt(_of_first_guess(information, J[0])))
     ends = float(batches.length) * np.arange(count + 1)
     ends[-1] += batches.samples
     tau = 0.5 * (ends[1:] + ends[:-1]) / ends[-1] - 0.5
     change = _change_by_drift(tau, information, vector, parts, vectors)
     return np.maximum(half, LEAST_WIDTH * np.abs(change))
+
+
+def _of_first_guess(
+    information: Float[np.ndarray, "p p"], first: Float[np.ndarray, "p p"]
+) -> Float[np.ndarray, " p"]:
+    """Return the variance J^-1 J_0 J^-1 of each parameter, at most J^-1 (see the module)."""
+    scale = 1.0 / np.sqrt(np.diag(information))
+    inverse = np.linalg.inv(information * np.outer(scale, scale))
+    variance = np.diag(inverse @ (first * np.outer(scale, scale)) @ inverse)
+    return np.clip(variance, 0.0, np.abs(np.diag(inverse))) * scale**2
 
 
 def symmetric(upper: Float[np.ndarray, "*n p p"]) -> Float[np.ndarray, "*n p p"]:
