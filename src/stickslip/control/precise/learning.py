@@ -148,6 +148,7 @@ _NO_EARLY = 2.5  # such samples are neglected: a short move has too few to teach
 _CLEARLY = 3.0  # difference of evidence: models side by side hardly differ
 _CERTAIN = 6.0  # such a difference excludes a model
 _ONSET = 6.0  # samples of the motion in which the best model is taken at once
+_DRIVEN = 3.0  # samples of the motion that show a load beyond friction: a spring yields for fewer
 _DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
 _SIMPLER = 1.0  # evidence against each sample of an unknown lag
 _MEMORY = 0.1  # weight of a sample in that mean: half a period of a resonance of 50 Hz at 1 ms
@@ -389,18 +390,28 @@ def physical(p: Any) -> tuple[float, float, float]:
 
 
 @compiled()
+def _driven(p: Any, F: float) -> bool:
+    """Return whether a load beyond friction certainly drives the axis of a move.
+
+    A spring behind the drive yields at first, and a vibration looks like a force.
+    """
+    scale = max(p.misfit[p.best] / max(p.rows, 1), 1.0)
+    certain = _OUTLYING * scale * p.covariance[p.best, 1, 1] < F * F
+    lasts = p.samples - delay_of(p.best) >= _DRIVEN
+    return certain and lasts and p.shaken == 0 and not unexplained(p)
+
+
+@compiled()
 def model(p: Any) -> tuple[float, float, float]:
     """Return m, F and c of the model in use, within what is possible.
 
-    A load to the side of the move that exceeds friction makes F negative, which has to be certain.
+    A load to the side of the move that exceeds friction makes F negative.
     """
     h = p.best
     m, F, c = physical(p)
     m = min(max(m, p.mass / _MOST), p.mass * _MOST)
     most = _STRONGEST * p.limit
-    scale = max(p.misfit[h] / max(p.rows, 1), 1.0)
-    certain = _OUTLYING * scale * p.covariance[h, 1, 1] < F * F
-    least = -most if certain and p.shaken == 0 else 0.0
+    least = -most if _driven(p, F) else 0.0
     return m, min(max(F, least), most), c
 
 

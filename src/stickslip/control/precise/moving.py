@@ -75,6 +75,7 @@ _USED = 0.9  # of the limit: by the last part as it is planned first
 _TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
 _FREES = 0.98  # of the limit: an effort that moves any axis which is not blocked
 _STOPPING = 6  # samples: an axis that does not stop on the plan is stopped for so long
+_NOT_SLOWER = 0.7  # of the step before: the last one of an axis that a load drives
 _REACTION = 3.0  # lags after which an axis moves that can
 _CERTAIN = 2.0  # standard deviations of friction
 _GENTLY = 0.7  # of the speed is taken away in a sample then
@@ -328,6 +329,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     p.waited += 1
     coasts = 0.5 * m * speed * speed / max(F, 1e-300)
     driven = coasts > p.bend and p.waited == _STOPPING + 1
+    driven = driven and abs(p.past[0] - p.past[1]) >= _NOT_SLOWER * abs(p.past[1] - p.past[2])
     if F < 0.0 or (driven and p.shaken == 0 and not unexplained(p)):
         if F < 0.0:
             start_holding_load(p, m, -F * direction(p))
