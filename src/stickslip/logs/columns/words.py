@@ -31,13 +31,13 @@ _STRONG: Mapping[str, frozenset[str]] = {
     ),
     "position": _set(
         "position pos posn fpos angle theta displacement qm lage lageistwert winkel weg posizione "
-        "posicion deplacement"
+        "posicion deplacement qpos"
     ),
     "velocity": _set(
         "velocity vel velo fvel speed omega dq qd qdot dx xdot drehzahl geschwindigkeit "
-        "vitesse velocita velocidad"
+        "vitesse velocita velocidad qvel"
     ),
-    "effort": TORQUE_WORDS | _set("effort force kraft forza fuerza"),
+    "effort": TORQUE_WORDS | _set("effort force kraft forza fuerza qfrc"),
     "current": _set("current curr cur iq strom amps"),
 }
 """Words that name a quantity, by channel; a current is an effort."""

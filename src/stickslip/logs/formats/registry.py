@@ -54,7 +54,7 @@ class LogFormat:
 ENTRIES = (
     LogFormat(
         name="text",
-        endings=(".csv", ".tsv", ".txt", ".dat", ".asc", ".log"),
+        endings=(".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".lvm"),
         read=read_text,
         apart=False,
     ),

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.logs.formats.twincat import is_twincat, read_twincat
-from stickslip.logs.table import Column, Table, is_slower, name_columns
+from stickslip.logs.table import Column, RateGroup, Table, is_slower, name_columns
 from stickslip.logs.unit_spelling import is_unit
 from stickslip.records import InputError
 
@@ -29,6 +29,9 @@ _BLOCK = 1 << 24  # bytes decoded or parsed at once
 _COMMENTS = ("#", "%", "//")
 _REMARK = re.compile(r"(?<=\s)#.*")  # a # without a blank before it begins a cell, such as #N/A
 
+_END_OF_HEADER, _UNITS, _X_VALUE = "***End_of_Header***", "Y_Unit_Label", "X_Value"
+"""In a LabVIEW measurement file: the line before the names of columns, that of units, the time."""
+
 _MOMENT = re.compile(
     r"(?:(?:(?P<date>\d{4}([-/])\d\d\2\d\d)|(?P<day>\d\d)\.(?P<month>\d\d)\.(?P<year>\d{4}))[T ])?"
     r"(?P<clock>\d\d:\d\d:\d\d)(?:[.,](?P<fraction>\d{1,9}))?(?P<offset>Z|[+-]\d\d:?\d\d)?"
@@ -42,8 +45,8 @@ def read_text(path: Path) -> Table:
     """Read the layout of a text log; the rows themselves are read when columns are asked for.
 
     Understood: commas, semicolons, tabs or blanks between columns, decimal commas, a header row, a
-    row of units below it or units in its names, comment lines and other lines before it, quoted
-    names, and UTF-8, UTF-16 and Latin-1 text.
+    row of units below it or units in its names, comment lines and other lines before it, the
+    header of a LabVIEW measurement file, quoted names, and UTF-8, UTF-16 and Latin-1 text.
     """
     text = _Text(path=path, encoding=_encoding(path))
     lines = text.first_lines()
@@ -74,7 +77,17 @@ def read_text(path: Path) -> Table:
         number, _ = next(islice(_rows(text, layout), sample, None))
         return f"{path.name}, row {number}"
 
-    return Table(label=path.name, headers=headers, units=units, load=load, place=place, notes=notes)
+    labview = any(line.startswith(_END_OF_HEADER) for line in lines)
+    time = _X_VALUE if labview and _X_VALUE in headers else None
+    return Table(
+        label=path.name,
+        headers=headers,
+        units=units,
+        load=load,
+        place=place,
+        notes=notes,
+        groups=(RateGroup(columns=tuple(headers), time=time),),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,10 +201,13 @@ class _Layout:
 
 def _find_layout(lines: list[str], label: str) -> _Layout:
     """Return the layout of a text log, from its first lines."""
+    ends = [number for number, line in enumerate(lines) if line.startswith(_END_OF_HEADER)]
     content = [
         (number, line)
         for number, line in enumerate(lines)
-        if line.strip() and not line.lstrip().startswith(_COMMENTS)
+        if line.strip()
+        and not line.lstrip().startswith(_COMMENTS)
+        and number > max(ends, default=-1)
     ]
     ending = [line for _, line in content[-_SNIFFED_ROWS:]]
     dialect = max(_DIALECTS, key=lambda dialect: _score(dialect, ending))
@@ -260,12 +276,26 @@ def _named(dialect: _Dialect, lines: list[str], first: int, width: int, label: s
     else:
         headers = [f"column_{k + 1}" for k in range(width)]
         notes = (f"there is no header row; the columns are called column_1 to column_{width}",)
+    headers = _with_labview_units(dialect, lines[:first], headers)
     dated = frozenset(
         k for k, cell in enumerate(dialect.cells(lines[first])) if _MOMENT.fullmatch(cell)
     )
     return _Layout(
         dialect=dialect, headers=tuple(headers), first_row=first, notes=notes, dated=dated
     )
+
+
+def _with_labview_units(dialect: _Dialect, above: list[str], headers: list[str]) -> list[str]:
+    """Return headers with the units that a LabVIEW measurement file states; time is in seconds."""
+    rows = [dialect.cells(line) for line in above if line.startswith(_UNITS)]
+    if not rows:
+        return headers
+    units = ["s", *rows[-1][1:]][: len(headers)]
+    units += [""] * (len(headers) - len(units))
+    return [
+        f"{name} [{unit}]" if name and unit else name
+        for name, unit in zip(headers, units, strict=True)
+    ]
 
 
 def _names(dialect: _Dialect, line: str, width: int) -> list[str] | None:
