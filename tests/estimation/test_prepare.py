@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.estimation import SelectedModelEstimator
-from stickslip.estimation.prepare import RepairedLog, prepare, repaired
+from stickslip.estimation.prepare import RepairedLog, prepare, repaired, with_common_times
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.estimation.weak_form.windows import Weight, convolved
 from stickslip.friction import CoulombViscousFriction
@@ -222,3 +222,18 @@ def test_a_velocity_that_is_not_used_is_noted_with_its_scale_and_delay(scale: fl
     assert found is not None
     assert float(found[1]) == pytest.approx(scale, rel=1e-3)
     assert float(found[2]) == pytest.approx(3.0, rel=0.05)
+
+
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_an_axis_at_rest_has_the_even_times_that_another_axis_shows(wrapped: bool) -> None:
+    record = np.arange(TIME.size)
+    stamps = TIME[np.minimum(record // 5 * 5 + 4, record[-1])] + 2e-6 * (record % 5)
+    turns = 160.0 * np.sin(4.0 * TIME)  # a jump in one of 16 samples
+    moving = turns % (2.0 * np.pi) if wrapped else turns
+    logs = {
+        name: replace(log_of(position), name=name, time=stamps)
+        for name, position in {"moving": moving, "resting": np.zeros(TIME.size)}.items()
+    }
+    found = with_common_times(logs)
+    np.testing.assert_array_equal(found["moving"].time, stamps)
+    assert np.ptp(np.diff(found["resting"].time)) < 1e-9

@@ -211,10 +211,7 @@ _FEWEST_DIFFERENCES = 50  # of a signal [-]: with fewer, the usual size of a dif
 
 def _timed(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, list[str]]:
     """Return the log with the times of its samples, the period by which it wraps, and notes."""
-    period, notes = 0.0, list[str]()
-    for name in _POSITIONS:
-        log, own, found = _unwrapped(log, name, tuning)
-        period, notes = period or own, notes + found
+    log, period, notes = _continued(log, tuning)
     even, arrival = with_even_time(log, tuning.arrival)
     if arrival:
         restored, lost = with_lost_time(even, replace(tuning.lost_records, arrival=True))
@@ -224,6 +221,15 @@ def _timed(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, lis
     timed, close = _without_close_stamps(log, tuning)
     restored, lost = with_lost_time(timed, tuning.lost_records)
     return restored, period, [*notes, *close, *lost]
+
+
+def _continued(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, list[str]]:
+    """Return the log with continued angles, the period by which they wrap, and notes."""
+    period, notes = 0.0, list[str]()
+    for name in _POSITIONS:
+        log, own, found = _unwrapped(log, name, tuning)
+        period, notes = period or own, notes + found
+    return log, period, notes
 
 
 def sample_times(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> Float[np.ndarray, " n"]:
@@ -244,10 +250,11 @@ def with_common_times(
     """Return logs of one record, with the even times that the motion of another axis shows.
 
     Time stamps of arrival are those of the whole record. An axis that hardly moves does not show
-    that its samples are even; the one with the same time stamps that moves does.
+    that its samples are even; an axis that moves, with the same time stamps, does.
     """
     found = dict(logs)
-    shown = {axis for axis, log in logs.items() if with_even_time(log, tuning.arrival)[1]}
+    continued = {axis: _continued(log, tuning)[0] for axis, log in logs.items()}
+    shown = {axis for axis, log in continued.items() if with_even_time(log, tuning.arrival)[1]}
     for axis, log in logs.items():
         if axis in shown:
             continue
