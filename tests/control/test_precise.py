@@ -318,6 +318,31 @@ def test_the_speed_of_braking_counts_the_last_commands() -> None:
     assert braking.speed_now(p, MASS, 0.0, len(efforts)) == pytest.approx(v)
 
 
+def test_an_axis_that_vibrates_is_braked_before_its_whole_mean_is_known() -> None:
+    """The mean speed of a vibrating axis is over more samples than there are at first."""
+    controller = PreciseController(pulses=replace(PULSES, sampling_time=1e-3))
+    p, speed = at.own_fields(controller.init()), 0.2
+    p.shaken, p.way = 1, 1.0
+    for k in range(at.PAST + 2):
+        braking.remember(p, speed * 1e-3 * k)
+    braking.start_braking(p)
+    p.unslowed = 1
+    assert braking.speed_now(p, MASS, 0.0, at.KEPT - 1) == pytest.approx(speed)
+    assert braking.brake(p, MASS, 50.0, True) < 0.0
+
+
+def test_a_delay_beyond_the_commands_that_are_kept_is_that_of_the_oldest() -> None:
+    efforts = []
+    for delay in (60.0, at.HISTORY - 2.0):
+        p = at.own_fields(PRECISE.init())
+        p.known, p.delay, p.commands[-1], p.misfit[:] = 1, delay, 30.0, 500.0
+        for x in (0.0, 0.0, 1e-5, 3e-5):
+            braking.remember(p, x)
+        braking.start_holding(p, MASS, 50.0)
+        efforts.append(braking.hold(p, MASS, 50.0, True))
+    assert efforts[0] == efforts[1]
+
+
 @pytest.mark.parametrize("target", [0.01, -0.01])
 def test_the_last_efforts_are_kept_whatever_the_axis_does(target: float) -> None:
     """In moves, pulses, rests, brakings and blind samples alike, and with their own sign."""

@@ -100,7 +100,7 @@ def _steps(p: Any) -> int:
 @compiled()
 def _speed(p: Any, m: float, n: int) -> float:
     """Return the velocity over the last n samples; a jump counts as the largest possible speed."""
-    if p.past_count <= n:
+    if p.past_count < PAST:
         return 0.0
     fastest = math.sqrt(p.limit * max(p.way, p.limit * p.period * p.period / m) / m) * p.period
     total = 0.0
@@ -303,9 +303,12 @@ def _held(p: Any, u: float) -> float:
 
 @compiled()
 def _delay(p: Any) -> float:
-    """Return delay and lag in samples: those of the last move, if the law explains it."""
+    """Return delay and lag in samples: those of the last move, if the law explains it.
+
+    They are limited to the commands that are kept.
+    """
     if p.known or unexplained(p):
-        return p.delay + p.lag
+        return min(p.delay + p.lag, HISTORY - 2.0)
     return delay_of(p.best) + lag_of(p.best)
 
 
@@ -352,11 +355,13 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
 
 @compiled()
 def speed_now(p: Any, m: float, F: float, n: int) -> float:
-    """Return the velocity in the sample: that over the last n samples, and what followed.
+    """Return the velocity in the sample: the mean over the last n samples, and what followed.
 
+    With fewer samples since the start the mean is over all of them.
     Of an acceleration a in the last sample but j that mean lacks a T [1 - (j + 1/2)/n], and a T of
     a command that has not arrived.
     """
+    n = min(n, max(p.past_count - 1, PAST - 1))
     v, T = _speed(p, m, n), p.period
     v -= math.copysign(min(0.5 * n * F * T / m, abs(v)), v)
     delay = int(delay_of(p.best) + lag_of(p.best) + 0.5)
