@@ -1,16 +1,16 @@
 """Braking of an axis whose motion no plan explains, and holding of one that is pushed.
 
-The speed of braking is that of the last three samples together, which a vibration behind the axis
-disturbs little, and what the commands since then have changed. Of an axis that is known to vibrate
-it is that of a longer time. Right after a move that a vibration disturbs it is also known by
-the impulse and the mass, and the mean of both has weights by their variances. Braking holds the
-effort that takes this speed away for three samples or more, and then estimates the speed again:
-feedback in each sample would excite the vibration.
+The speed of braking is the mean over the last three samples, which a vibration behind the axis
+disturbs little, and what the commands since then have changed. For an axis that vibrates the mean
+is over 30 ms, or 16 samples if that is shorter. Right after a move that a vibration disturbs, the
+impulse of the effort and the mass give a second value; the two are averaged with weights by their
+variances. Braking holds the effort that takes this speed away for three samples or more, and then
+estimates the speed again: feedback in each sample would excite the vibration.
 
 A push is short, and changes faster: its force is estimated in each sample, and the effort opposes
-it and the speed. Where this effort turns again and again it excites a vibration: the axis is
-braked, and not held, until it is at rest. An axis that has stopped is held by friction, whatever
-the estimate: it changes its sign where the axis would turn round.
+it and the speed. Where this effort changes its sign more than three times it excites a vibration:
+the axis is braked, and not held, until it is at rest. An axis that has stopped is held by friction,
+whatever the estimate: it changes its sign where the axis would turn round.
 """
 
 import math
@@ -40,8 +40,8 @@ _TRANSITION = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])  # o
 _WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 
 _SAMPLES = 3  # the shortest braking
-_SWING = 0.03  # [s]: time of the speed of an axis that vibrates, two periods of 65 Hz
-_FAR = 0.2  # of the way of a move: an axis that goes on so far is not observed any longer
+_SWING = 0.03  # time of the mean speed of an axis that vibrates [s]: two periods of 65 Hz
+_FAR = 0.2  # of the way of a move: an axis that goes so far after a braking is braked at once
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
 PUSHES = 2  # brakings from one rest to the next: an axis that still accelerates is held
@@ -91,7 +91,7 @@ def remember(p: Any, x: float) -> None:
 
 @compiled()
 def _steps(p: Any) -> int:
-    """Return over how many samples the speed of braking is taken."""
+    """Return the number of samples of the mean speed."""
     if p.swung or p.shaken or p.shakes:
         return min(max(math.ceil(_SWING / p.period), PAST - 1), KEPT - 1)
     return PAST - 1
@@ -99,7 +99,7 @@ def _steps(p: Any) -> int:
 
 @compiled()
 def _speed(p: Any, m: float, n: int) -> float:
-    """Return the velocity over the last n samples; a jump counts as the largest possible speed."""
+    """Return the mean velocity over the last n samples; no step counts as more than is possible."""
     if p.past_count < PAST:
         return 0.0
     fastest = math.sqrt(p.limit * max(p.way, p.limit * p.period * p.period / m) / m) * p.period
@@ -112,9 +112,10 @@ def _speed(p: Any, m: float, n: int) -> float:
 
 @compiled()
 def _by_impulse(p: Any) -> tuple[float, float]:
-    """Return the velocity of a move by its impulse and its mass, and the variance.
+    """Return the velocity of a move by its impulse and mass, and the variance of that velocity.
 
-    A commanded effort that has not acted yet is left out.
+    It is v = (U' - F tau - c x - g)/m of the law of a move, with U' as the integral of the effort
+    that has acted.
     """
     h = p.best
     m, F, c = model(p)

@@ -100,7 +100,7 @@ _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
 _GENTLER, _GENTLEST = 0.5, 1.5  # times that of the last one, if it vibrates again; times friction
 _STAYS, _STAYS_FOR = 100, 0.5  # samples and time [s] at the target: what moves the axis then is new
 _SERVO_ROWS = 8  # fewest measured samples of a move before the servo continues it
-_BRAKED = 1.5  # ratio of the displacements of pulses before and after one that has to be braked
+_BRAKED = 1.5  # factor by which pulses are shorter after one that has to be braked
 _LEARNED = 2  # samples of motion from which the pulses learn
 
 
@@ -248,7 +248,7 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
         start_braking(p)
         p.unslowed = 1
     p.seen = p.wild = p.pauses = 0
-    if s.phase == RESTING or p.held:  # it does not go on after a move of its own
+    if s.phase == RESTING or p.held:  # the motion is not that of the last move or pulse
         p.moves, p.last_error = 0, math.inf
 
 

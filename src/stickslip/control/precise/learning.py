@@ -34,11 +34,11 @@ PER_SAMPLE = 4.0  # delays a sample
 LAG_STEP = 0.5  # samples
 MODELS = DELAYS * LAGS
 LONGEST_DELAY = (DELAYS - 1) / PER_SAMPLE
-HISTORY = 26  # commands kept: the longest delay, and those of a speed
+HISTORY = 26  # commands kept: of the longest delay and lag, 10, and of the longest mean speed, 16
 ROWS = 4  # m, F, c, g
 TAUGHT = 3
-PAST = 4  # positions of which a speed is that of
-KEPT = 17  # positions kept: those of the speed of an axis that swings
+PAST = 4  # positions of a mean speed over three samples
+KEPT = 17  # positions kept: of the longest mean speed, that of an axis that vibrates
 SHAKES = 3  # changes of the sign of wild innovations: the axis vibrates
 
 # A move; braking after one that no plan explains; a push; the servo, once the axis vibrates
@@ -104,7 +104,7 @@ OWN_DTYPE = np.dtype(
         ("side", "i8"),  # to which it left it: 1 or -1
         ("holds", "i8"),  # since it was at rest at the target
         ("turns", "i8"),  # of the effort against a push
-        ("swung", "i8"),  # 1 if it turned too often, as by a vibration, until the axis is at rest
+        ("swung", "i8"),  # 1 once it turned too often, as by a vibration, until the axis is at rest
         ("motion", "f8", (3,)),  # x, v T and d T^2/m of an axis that a force d pushes
         ("spread", "f8", (3, 3)),  # their covariance
         ("held", "i8"),  # how often a push was held since the axis was at rest
@@ -375,9 +375,9 @@ def unexplained(p: Any) -> bool:
 
 @compiled()
 def physical(p: Any) -> tuple[float, float, float]:
-    """Return m, F and c of the model in use, given that c is not negative.
+    """Return m, F and c of the model in use, with c = 0 where its estimate is negative.
 
-    A Gaussian whose c is fixed at 0 has the means m - P_mc c/P_cc and F - P_Fc c/P_cc.
+    The means of the Gaussian given c = 0 are m - P_mc c/P_cc and F - P_Fc c/P_cc.
     """
     h = p.best
     c = p.values[h, 2]

@@ -1,4 +1,4 @@
-"""The logs of a joint fit as prepared, and what they have together."""
+"""Prepared logs of a joint fit, and their common motion, excitation and provenance."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence

@@ -20,7 +20,7 @@ DelayedModel = Callable[[PreparedLog, SlipMotions], Model]
 def kind_by_residual(
     log: AxisLog, held: PreparedLog, delayed: DelayedModel, tuning: SelectionTuning
 ) -> PreparedLog:
-    """Return a log with uneven time stamps, its effort of the kind that explains most of it."""
+    """Return a log with uneven time stamps, with the kind of effort of the smallest residual."""
 
     def residual(prepared: PreparedLog) -> float:
         model = delayed(prepared, slip_motions(prepared, tuning.motion))
@@ -42,7 +42,7 @@ def kind_by_residual(
 def kind_by_delay(
     log: AxisLog, held: PreparedLog, delayed: DelayedModel, tuning: SelectionTuning
 ) -> PreparedLog:
-    """Return a log with even time stamps, its effort of the kind that its delay shows.
+    """Return a log with even time stamps, with the kind of effort that the delay shows.
 
     Taken as held, a sampled effort acts half a sample before its time stamp, and a mean one.
     """

@@ -30,8 +30,8 @@ _NEAR_END = 100.0
 _SECONDS = 1.0  # steps up to this are seconds: nothing logs an axis every 1 us [s]
 
 _LONGER_UNIT = 3e-6
-"""Steps below this are in a longer unit than s, as in the days of a spreadsheet: the step of a fast
-log, of 10 ms, in hours [s]."""
+"""Steps below this are in a unit longer than s [s], such as the days of a spreadsheet: 10 ms are
+2.8e-6 hours."""
 
 _AMBIGUOUS = 100  # fewest samples at which a step of 0.1 to 1 is ambiguous: it may be in s or in ms
 
@@ -144,7 +144,8 @@ def unit_of_stamps(
 
     Stamps of the size of a calendar time are one. Others are in s if their step is at most 1, or
     else in the one unit of ms, us and ns in which it is a sampling time. A long log with a step of
-    0.1 to 1 is refused: it is slow in s, and ordinary in ms. So is a step below 3e-6.
+    0.1 to 1 is refused: it is slow in s, and ordinary in ms. A step below 3e-6 is refused too: it
+    may be in hours or days.
     """
     plain = "no unit is given, so it is taken in s"
     if stamps.size < 2 or not np.isfinite(stamps).all():

@@ -43,8 +43,8 @@ _NEAR_END = 1.5
 _FEWEST_JUMPS = 3  # of such steps: fewer may be faults
 
 _OTHER_SAMPLING = 0.01
-"""Deviation of a stated sampling time from that of a column of time stamps [-] from which it is
-noted: lost samples cause less."""
+"""Relative difference of a stated sampling time from the mean step of a column of time stamps [-]
+from which it is noted: lost samples cause less."""
 
 _DISTANT = 1e5
 """Stamps that begin later than this count from the first [s]: they are those of a calendar."""
@@ -456,15 +456,15 @@ def _source_in_memory(table: Table, time: Column, channels: Mapping[str, Column]
 
 
 def _mean_step(table: Table, column: str) -> float | None:
-    """Return the mean step of a column of time stamps [s]; None if they are no clock."""
+    """Return the mean step of a column of time stamps [s]; None if it is no clock."""
     unit = table.units.get(column)
     try:
         stamps = table.load([column])[column]
         clock = _Clock.of(table, stamps, unit, column)
-    except InputError:  # the reason for which a sampling time may be stated
+    except InputError:  # a column that cannot be read is a reason to state a sampling time
         return None
     step = float(np.mean(np.diff(stamps))) if stamps.size > 1 else np.nan
-    counts = unit is None and step == 1.0  # samples, perhaps
+    counts = unit is None and step == 1.0  # the column may count samples
     return step * clock.factor if np.isfinite(step) and step > 0.0 and not counts else None
 
 

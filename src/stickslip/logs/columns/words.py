@@ -230,7 +230,7 @@ def words_in(text: str) -> list[str]:
 
 
 def _known(word: str) -> list[str]:
-    """Return a word as the vocabulary has it: singular, without accents, a German compound apart.
+    """Return a word in the form of the vocabulary: singular, without accents, compounds split.
 
     >>> _known("velocità"), _known("istposition"), _known("épaule")
     (['velocita'], ['ist', 'position'], ['épaule'])

@@ -36,7 +36,7 @@ _MOMENT = re.compile(
     r"(?:(?:(?P<date>\d{4}([-/])\d\d\2\d\d)|(?P<day>\d\d)\.(?P<month>\d\d)\.(?P<year>\d{4}))[T ])?"
     r"(?P<clock>\d\d:\d\d:\d\d)(?:[.,](?P<fraction>\d{1,9}))?(?P<offset>Z|[+-]\d\d:?\d\d)?"
 )
-"""A date as ISO 8601 has it, with slashes, or as in 31.12.2024, or a time of day."""
+"""A date and time of day, or a time of day: 2024-12-31 (ISO 8601), 2024/12/31 or 31.12.2024."""
 
 _BLANKS = " "  # delimiter of columns between runs of blanks
 
@@ -304,7 +304,7 @@ def _names(dialect: _Dialect, line: str, width: int) -> list[str] | None:
     if dialect.delimiter == _BLANKS:
         line = re.sub(r"\s+(?=[\[(])", "", line)
     cells = dialect.cells(line)
-    if len(cells) == width + 1 and not cells[-1]:  # a delimiter that rows do not end with
+    if len(cells) == width + 1 and not cells[-1]:  # of a delimiter that the rows do not end with
         cells.pop()
     return cells if len(cells) == width and any(cells) else None
 
@@ -419,7 +419,7 @@ def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
 
 
 def _date(moment: re.Match[str]) -> str:
-    """Return the date of a moment as ISO 8601 has it; any for a time of day."""
+    """Return the date of a moment in the form of ISO 8601; a fixed one for a time of day."""
     if moment["year"]:
         return f"{moment['year']}-{moment['month']}-{moment['day']}"
     return (moment["date"] or "1970-01-01").replace("/", "-")

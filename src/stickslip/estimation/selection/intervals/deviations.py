@@ -1,4 +1,4 @@
-"""Deviations of the parameters that one log and several logs have in common."""
+"""Deviations of the parameters by errors beyond sampling, in fits of one log or several."""
 
 from collections.abc import Callable, Sequence
 

@@ -1,4 +1,4 @@
-"""Status of an estimate, and terms that its model lacks or has in vain."""
+"""Status of an estimate, and notes on terms that its model lacks or a log does not determine."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -32,7 +32,7 @@ def causes_of_fit(
     tuning: SelectionTuning,
     start: float = 0.0,
 ) -> list[str]:
-    """Return the causes of a mismatch that the fit of one log shows, some of them empty.
+    """Return the causes of a mismatch that the fit of one log shows; empty where there is none.
 
     The estimate may be that of several logs. ``start`` is the time in the log from which that of
     the model is counted [s].
@@ -99,7 +99,7 @@ def judged(
 def undetermined_terms(model: Model, include: Collection[str], subject: str) -> list[str]:
     """Return a note for each included term that the model does not have.
 
-    ``subject`` are the logs, with the verbs.
+    ``subject`` begins the reason: "this log does not determine it, or gives".
     """
     return [
         f"the term {name!r} is left out: {subject} its coefficient the wrong sign"
