@@ -331,6 +331,21 @@ def test_an_axis_that_vibrates_is_braked_before_its_whole_mean_is_known() -> Non
     assert braking.brake(p, MASS, 50.0, True) < 0.0
 
 
+@pytest.mark.parametrize(("lost", "speed"), [(0, 0.5), (1, 0.2)])
+def test_a_lost_sample_leaves_the_impulse_of_a_move_out(lost: int, speed: float) -> None:
+    """Positions show 0.2 m/s and the impulse of the move 0.5 m/s, without its uncertainty."""
+    p = at.own_fields(PRECISE.init())
+    p.shakes, p.off, p.way, p.mass = at.SHAKES, 1.0, 1.0, MASS
+    p.values[p.best], p.once[p.best] = (MASS, 0.0, 0.0, 0.0), 0.5 * MASS
+    for k in range(at.KEPT):
+        braking.remember(p, 0.2 * T * k)
+    braking.start_braking(p)
+    for _ in range(lost):
+        assert braking.brake(p, MASS, 0.0, False) == 0.0
+    assert braking.brake(p, MASS, 0.0, True) < 0.0
+    assert p.braked_speed == pytest.approx(speed)
+
+
 def test_a_delay_beyond_the_commands_that_are_kept_is_that_of_the_oldest() -> None:
     efforts = []
     for delay in (60.0, at.HISTORY - 2.0):
@@ -502,7 +517,7 @@ def two_masses(
 def test_an_axis_that_vibrates_under_thirty_times_its_friction_lands(
     sampling_time: float, frequency: float, share: float
 ) -> None:
-    """To hold it against its vibration once drove it from its travel."""
+    """A hold against the vibration would drive it out of its travel."""
     F, m, target = 4.0, 2.0, 0.04
     guess = CoulombViscousFriction.symmetric(coulomb_friction=1.1 * F, viscous_friction=1.0)
     pulses = replace(

@@ -195,7 +195,7 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
 @compiled()
 def start_braking(p: Any) -> None:
     """Brake from this sample on."""
-    p.moving, p.brake_left, p.brake_wait, p.unslowed = BRAKING, 0, 0, 0
+    p.moving, p.brake_left, p.brake_wait, p.unslowed, p.waited = BRAKING, 0, 0, 0, 0
 
 
 @compiled()
@@ -372,7 +372,8 @@ def speed_now(p: Any, m: float, F: float, n: int) -> float:
             coming += p.commands[j] * T / m
         else:
             v += (1.0 - (j - delay + 0.5) / n) * p.commands[j] * T / m
-    if p.shakes and p.moving == BRAKING and p.brakings == 0 and p.unslowed == 0:
+    after_move = p.brakings == 0 and p.unslowed == 0 and p.waited == 0
+    if p.shakes and p.moving == BRAKING and after_move:
         other, variance = _by_impulse(p)
         swings = 2.0 * (max(p.excess, p.off * p.off) + variance_of(p)) / (n * T) ** 2
         v += (other - v) * swings / (swings + variance)
@@ -386,6 +387,7 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
         p.brake_left -= 1
         return p.brake
     if not measured:
+        p.waited += 1
         return 0.0
     n = _steps(p)
     if p.brake_wait > 0:

@@ -80,7 +80,7 @@ OWN_DTYPE = np.dtype(
         ("reversed_at", "i8"),  # sample of the move in which it has changed last
         ("left", "i8"),  # samples of the last part of the move; 0 before
         ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
-        ("waited", "i8"),  # samples since then
+        ("waited", "i8"),  # samples since then; in a braking, lost samples without effort
         ("quiet", "i8"),  # those without effort, in a row; in a hold, those at rest
         ("level", "f8"),  # of its accelerations: mean and slope
         ("slope", "f8"),
