@@ -180,32 +180,32 @@ def test_a_delimiter_behind_the_last_name_is_no_column(read):
     assert log.effort.tolist() == EFFORT
 
 
-LABVIEW = """LabVIEW Measurement	
-Writer_Version	2
-Reader_Version	2
-Separator	Tab
-Decimal_Separator	.
-Multi_Headings	No
-X_Columns	One
-Time_Pref	Absolute
-Date	2024/11/02
-Time	10:12:13.1234567
-***End_of_Header***	
-	
-Channels	2		
-Samples	3	3	
-Date	2024/11/02	2024/11/02	
-Time	10:12:13.1234567	10:12:13.1234567	
-Y_Unit_Label	mm	N	
-X_Dimension	Time	Time	
-X0	0.0000000000000000E+0	0.0000000000000000E+0	
-Delta_X	1.000000	1.000000	
-***End_of_Header***			
-X_Value	x	F	Comment
-0.000000	1000.0	2.0	
-1.000000	2000.0	3.0	
-2.000000	4000.0	5.0	
-"""
+LABVIEW = """LabVIEW Measurement|
+Writer_Version|2
+Reader_Version|2
+Separator|Tab
+Decimal_Separator|.
+Multi_Headings|No
+X_Columns|One
+Time_Pref|Absolute
+Date|2024/11/02
+Time|10:12:13.1234567
+***End_of_Header***|
+|
+Channels|2||
+Samples|3|3|
+Date|2024/11/02|2024/11/02|
+Time|10:12:13.1234567|10:12:13.1234567|
+Y_Unit_Label|mm|N|
+X_Dimension|Time|Time|
+X0|0.0000000000000000E+0|0.0000000000000000E+0|
+Delta_X|1.000000|1.000000|
+***End_of_Header***|||
+X_Value|x|F|Comment
+0.000000|1000.0|2.0|
+1.000000|2000.0|3.0|
+2.000000|4000.0|5.0|
+""".replace("|", "\t")
 
 
 @pytest.mark.parametrize("decimal", [".", ","])

@@ -407,7 +407,6 @@ def model(p: Any) -> tuple[float, float, float]:
 
     A load to the side of the move that exceeds friction makes F negative.
     """
-    h = p.best
     m, F, c = physical(p)
     m = min(max(m, p.mass / _MOST), p.mass * _MOST)
     most = _STRONGEST * p.limit
