@@ -41,6 +41,7 @@ _WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 
 _SAMPLES = 3  # the shortest braking
 _SWING = 0.03  # time of the mean speed of an axis that vibrates [s]: two periods of 65 Hz
+_EXPLAINS = 100.0  # mean squared innovation over its variance, below which an impulse says much
 _FAR = 0.2  # of the way of a move: an axis that goes so far after a braking is braked at once
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
@@ -373,7 +374,8 @@ def speed_now(p: Any, m: float, F: float, n: int) -> float:
         else:
             v += (1.0 - (j - delay + 0.5) / n) * p.commands[j] * T / m
     after_move = p.brakings == 0 and p.unslowed == 0 and p.waited == 0
-    if p.shakes and p.moving == BRAKING and after_move:
+    explained = p.misfit[p.best] <= _EXPLAINS * p.rows
+    if p.shakes and explained and p.moving == BRAKING and after_move:
         other, variance = _by_impulse(p)
         swings = 2.0 * (max(p.excess, p.off * p.off) + variance_of(p)) / (n * T) ** 2
         v += (other - v) * swings / (swings + variance)

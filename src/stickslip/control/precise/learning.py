@@ -29,12 +29,16 @@ from stickslip.control.feedback.profile_kernels import STATE as SERVO_STATE
 from stickslip.control.pulses.exact_state import COULOMB, PARAMETERS, VISCOUS
 from stickslip.numerics.named_fields import fields_at, places
 
-DELAYS, LAGS = 33, 4
-PER_SAMPLE = 4.0  # delays a sample
+FINE, COARSE = (
+    32,
+    16,
+)  # delays of a model: short ones in quarters of a sample, longer ones in halves
+DELAYS, LAGS = 1 + FINE + COARSE, 4
+PER_SAMPLE = 4.0  # short delays a sample
 LAG_STEP = 0.5  # samples
 MODELS = DELAYS * LAGS
-LONGEST_DELAY = (DELAYS - 1) / PER_SAMPLE
-HISTORY = 26  # commands kept: of the longest delay and lag, 10, and of the longest mean speed, 16
+LONGEST_DELAY = (FINE + 2 * COARSE) / PER_SAMPLE
+HISTORY = 34  # commands kept: of the longest delay and lag, 18, and of the longest mean speed, 16
 ROWS = 4  # m, F, c, g
 TAUGHT = 3
 PAST = 4  # positions of a mean speed over three samples
@@ -175,7 +179,8 @@ def place(side: int, i: int) -> int:
 @compiled(inline=True)
 def delay_of(h: int) -> float:
     """Return the delay of a model in samples."""
-    return (h % DELAYS) / PER_SAMPLE
+    k = h % DELAYS
+    return (k + max(k - FINE, 0)) / PER_SAMPLE
 
 
 @compiled(inline=True)
