@@ -106,6 +106,15 @@ def test_a_move_teaches_mass_friction_and_delay(target: float) -> None:
     assert head(run.controller_state[at.SIZE :]).delay >= known / T
 
 
+@pytest.mark.parametrize("delay", [9, 15])
+@pytest.mark.parametrize("given", [True, False])
+def test_a_long_delay_is_learned_or_taken_as_given(delay: int, given: bool) -> None:
+    controller = replace(PRECISE, delay=delay * T if given else None)
+    run = moved(controller, delay=delay, samples=400)
+    assert controller.outcome(run.controller_state) is PositioningOutcome.REACHED
+    assert controller.learned_delay(run.controller_state) == pytest.approx(delay * T, abs=0.5 * T)
+
+
 def test_the_recursion_is_weighted_least_squares() -> None:
     run = moved(PRECISE, samples=8)
     x, u = run.log.measured_position - run.log.measured_position[0], run.log.effort
