@@ -100,7 +100,7 @@ class InputError(StickslipError, ValueError):
     """
 
     def at(self, where: str, *, keys: bool = False) -> "InputError":
-        """Return the same error placed at ``where``: a reader knows the file, a record does not.
+        """Return the same error placed at ``where``: a reader has the file, a record does not.
 
         ``keys`` is whether the names of settings are keys there.
         """

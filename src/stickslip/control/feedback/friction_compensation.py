@@ -63,7 +63,7 @@ class OnlineEstimator(Protocol):
 
 @runtime_checkable
 class RunningEstimator(OnlineEstimator, Protocol):
-    """An estimator that runs along and knows how sure it is."""
+    """An online estimator with a covariance."""
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
         """Return the covariance of the estimates; infinite while nothing is known."""
