@@ -22,9 +22,9 @@ is three kernels of its own on top of these::
 ``learn`` reads the last pulse ``s.last`` (its effort levels, the displacement predicted and the one
 achieved, whether it moved the axis) and the positions sampled from its start on, which are
 ``s.positions[: s.position_count]``, every ``s.stride`` samples. ``METHOD`` is a number by which
-`readable` recognises a vector of this method. ``plan`` reads ``s.error`` (target minus position) and
-either calls `fire` and then `add_level` once or several times, or calls `stop`. A pulse ends early
-where the axis has gone farther than ``s.reach``, if that is set after `fire`.
+`readable` recognises a vector of this method. ``plan`` reads ``s.error`` (target minus position)
+and either calls `fire` and then `add_level` once or several times, or calls `stop`. A pulse ends
+early where the axis has gone farther than ``s.reach``, if that is set after `fire`.
 """
 
 from typing import Any
