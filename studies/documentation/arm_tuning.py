@@ -30,8 +30,8 @@ GRIDS = {
         PIDTuning(frequency=frequency, integral=integral)
         for frequency, integral in product((0.3, 0.5, 0.7, 1.0, 1.4), (0.1, 0.2, 0.35, 0.5, 0.8))
     ],
-    "zero vibration, friction as believed": [
-        ZeroVibrationTuning(friction="believed", frequency=w) for w in FREQUENCIES
+    "zero vibration, friction as guessed": [
+        ZeroVibrationTuning(friction="guessed", frequency=w) for w in FREQUENCIES
     ],
     "zero vibration, friction known": [
         ZeroVibrationTuning(friction="known", frequency=w) for w in FREQUENCIES

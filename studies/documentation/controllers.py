@@ -98,7 +98,7 @@ def page(made: PulseReproduction) -> str:
             "direction up to 20 % off the mean of both, an offset of up to 0.2 times the Coulomb "
             "friction. The effort is limited to 3 times the Coulomb friction, the sampling time is "
             "10 ms, the encoder has a step of 1 µm and 1 µm of noise, and there is no velocity "
-            "sensor. The controllers believe the mass within 5 % and friction within 50 %. They "
+            "sensor. The guesses of the mass are within 5 %, those of friction within 50 %. They "
             "start 0.5 to 20 mm off the target and shall rest within 20 µm of it.\n",
             f"{HOW_TUNED} [How the PID controllers were tuned](pid-tuning.md).\n",
             comparison(made.controller_scores),

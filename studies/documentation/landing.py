@@ -97,7 +97,7 @@ def page(scores: tuple[LandingScore, ...], arms: int) -> str:
             "around 0.1 N and viscous friction around 0.1 N s/m, each within a factor 3, and "
             "static friction of 1 to 1.3 times the Coulomb friction. The effort is limited to "
             "1 N. Each arm makes two moves of 0.7 to 1.3 m, one after the other, either way. Of "
-            "half of the arms nothing is believed of friction at first, of the others values wrong "
+            "half of the arms nothing is guessed of friction at first, of the others values wrong "
             "by up to 50 %.\n",
             f"An arm has landed if, after both of its moves, both masses stay within {BOUND:g} of "
             "the move of their target (with noise: within three standard deviations of a measured "
@@ -107,7 +107,7 @@ def page(scores: tuple[LandingScore, ...], arms: int) -> str:
             "## The landing controller\n",
             _landings(scores),
             "Where masses and spring are wrong, each by that much up or down, the controller is "
-            "told how uncertain they are, and learns them from the motion along each series.\n",
+            "given how uncertain they are, and learns them from the motion along each series.\n",
             "## Beside others\n",
             f"{HOW_COMPARED}\n",
             _comparison(scores),

@@ -71,7 +71,7 @@ def main() -> None:
     parts = [
         "% Made by python -m studies.documentation.pid_tuning\n\n# How the PID controllers "
         f"are tuned\n\n{HOW_TUNED} The axes: seed {SEED}, {AXES} of them. The integral stands "
-        "still within the dead band; the dither is a square wave; amplitudes are over the believed "
+        "still within the dead band; the dither is a square wave; amplitudes are over the guessed "
         "static friction. The best few of each variant:\n"
     ]
     for name, free in FREE.items():

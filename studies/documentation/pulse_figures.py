@@ -81,8 +81,8 @@ def law() -> None:
 
 
 def controllers() -> dict[str, PulseController]:
-    """Return the three controllers, told the same."""
-    told = {
+    """Return the three controllers, with the same guess."""
+    common = {
         "mass": MASS,
         "coulomb_friction": GUESS.coulomb_friction_positive,
         "pulse_effort": EFFORT,
@@ -92,8 +92,10 @@ def controllers() -> dict[str, PulseController]:
         "rest": REST,
     }
     return {
-        "PWC": replace(PulseWidthController.from_friction(**told), max_idle_pulses=None),
-        "PAPWC": replace(PulseAmplitudeWidthController.from_friction(**told), max_idle_pulses=None),
+        "PWC": replace(PulseWidthController.from_friction(**common), max_idle_pulses=None),
+        "PAPWC": replace(
+            PulseAmplitudeWidthController.from_friction(**common), max_idle_pulses=None
+        ),
         "exact law": ExactPulseController(
             sampling_time=T,
             target=TARGET,

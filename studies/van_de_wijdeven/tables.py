@@ -154,9 +154,9 @@ def reference_series(reproduction: ConjunctionReproduction) -> Table:
 
 
 def friction_errors(reproduction: ConjunctionReproduction) -> Table:
-    """Return what a Coulomb friction that is not as believed leaves."""
+    """Return what a Coulomb friction that is not as guessed leaves."""
     table = _table(
-        "Left if Coulomb friction is not as believed, in % of the move (of another series of the "
+        "Left if Coulomb friction is not as guessed, in % of the move (of another series of the "
         "same duration)",
         (),
         ("friction", "mass 1", "swing of mass 2"),

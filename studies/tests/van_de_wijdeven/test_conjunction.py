@@ -115,7 +115,7 @@ def test_the_reference_points_are_reached(record: ConjunctionReproduction) -> No
         assert each.peak_effort <= 1.0
 
 
-def test_less_friction_than_believed_leaves_what_is_known(record: ConjunctionReproduction) -> None:
+def test_less_friction_than_guessed_leaves_what_is_known(record: ConjunctionReproduction) -> None:
     for each in record.friction_errors:
         if each.friction_error < 0:
             assert each.error == pytest.approx(each.expected_error, rel=SHARE)

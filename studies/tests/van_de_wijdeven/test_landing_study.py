@@ -76,11 +76,11 @@ def test_every_arm_is_in_the_ranges_asked_for(seed: int) -> None:
         assert 1.0 / 3.0 / near <= value / middle <= 3.0 * near
     assert 1.0 / near <= law.static_friction_positive / coulomb <= 1.3 * near
     assert drawn.effort_limit == EFFORT_LIMIT > 2.5 * law.static_friction_positive
-    believed = drawn.believed_friction
-    if believed is not None:
-        assert 0.5 / near <= believed.coulomb_friction_positive / coulomb <= 1.5 * near
-        assert 0.5 / near <= believed.viscous_friction_positive / viscous <= 1.5 * near
-        static = believed.static_friction_positive / law.static_friction_positive
+    guessed = drawn.guessed_friction
+    if guessed is not None:
+        assert 0.5 / near <= guessed.coulomb_friction_positive / coulomb <= 1.5 * near
+        assert 0.5 / near <= guessed.viscous_friction_positive / viscous <= 1.5 * near
+        static = guessed.static_friction_positive / law.static_friction_positive
         assert 0.5 / near <= static <= 1.5 * near
     assert len(drawn.targets) == len(drawn.ways) == 2
     assert all(0.7 <= way <= 1.3 for way in drawn.ways)
@@ -105,7 +105,7 @@ def test_the_ranges_are_filled() -> None:
         assert stats.binomtest(forward, 400).pvalue > SURPRISE
     back = sum(each[0] != each[1] for each in ways)
     assert stats.binomtest(back, 400).pvalue > SURPRISE
-    unknown = sum(each.believed_friction is None for each in drawn)
+    unknown = sum(each.guessed_friction is None for each in drawn)
     assert stats.binomtest(unknown, 400).pvalue > SURPRISE
 
 
@@ -114,11 +114,11 @@ def test_the_first_arms_do_not_depend_on_how_many_are_drawn() -> None:
     assert len({each.seed for each in arms(20)}) == 20
 
 
-def test_what_is_believed_is_wrong_by_the_error() -> None:
+def test_what_is_guessed_is_wrong_by_the_error() -> None:
     drawn = arms(200)
-    assert all(EXACT.believed(each) == NOISY.believed(each) == each.arm for each in drawn)
+    assert all(EXACT.guessed(each) == NOISY.guessed(each) == each.arm for each in drawn)
     for name in ("mass_1", "mass_2", "stiffness"):
-        ratios = np.array([getattr(WRONG.believed(e), name) / getattr(e.arm, name) for e in drawn])
+        ratios = np.array([getattr(WRONG.guessed(e), name) / getattr(e.arm, name) for e in drawn])
         assert np.allclose(np.abs(ratios - 1.0), 0.02, rtol=1e-9)
         assert stats.binomtest(int((ratios > 1.0).sum()), 200).pvalue > SURPRISE
 
@@ -131,15 +131,15 @@ def test_the_bound_follows_the_move_or_the_noise() -> None:
 
 
 @pytest.mark.parametrize("name", [*RIVALS, LANDING])
-def test_a_controller_is_made_from_what_is_believed_alone(name: str) -> None:
-    drawn = next(each for each in arms(10) if each.believed_friction is not None)
+def test_a_controller_is_made_from_what_is_guessed_alone(name: str) -> None:
+    drawn = next(each for each in arms(10) if each.guessed_friction is not None)
     law = drawn.arm.friction
     other = replace(drawn, arm=replace(drawn.arm, mass_1=9.0, stiffness=9.0))
-    believed = drawn.arm
+    guessed = drawn.arm
 
     class Told(Case):
-        def believed(self, _: RandomArm) -> FlexibleArm:
-            return believed
+        def guessed(self, _: RandomArm) -> FlexibleArm:
+            return guessed
 
     told = Told(name="told")
     if name == LANDING:
@@ -147,7 +147,7 @@ def test_a_controller_is_made_from_what_is_believed_alone(name: str) -> None:
         other = replace(other, arm=replace(other.arm, friction=changed))
         made = [landing_controller(each, told) for each in (drawn, other)]
         assert made[0] == made[1]
-        assert made[0].arm.friction == drawn.believed_friction
+        assert made[0].arm.friction == drawn.guessed_friction
         return
     made_for = [
         RIVALS[name](Leg(arm=each, case=told, start=0.0, target=each.targets[0], learned=None))
@@ -176,7 +176,7 @@ SIMPLE = RandomArm(
         stiffness=1.0,
         friction=CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1),
     ),
-    believed_friction=None,
+    guessed_friction=None,
     targets=(1.0, 0.0),
     effort_limit=1.0,
     seed=1,
@@ -254,7 +254,7 @@ def test_what_was_tuned_keeps_to_its_limits() -> None:
     for case in (EXACT, noisy):
         for each in arms(20):
             leg = Leg(arm=each, case=case, start=0.0, target=1.0, learned=None)
-            for name in ("zero vibration, friction known", "zero vibration, friction as believed"):
+            for name in ("zero vibration, friction known", "zero vibration, friction as guessed"):
                 pd = RIVALS[name](leg).pd
                 assert sqrt(pd.position_gain / each.arm.mass_1) < FASTEST
     tuning = PIDTuning(frequency=0.5, integral=0.2)
@@ -315,8 +315,8 @@ def test_rivals_swing_on_or_miss_unless_all_is_known() -> None:
         ("PAPWC, as if rigid", EXACT),
         ("PID", EXACT),
         ("PID", NOISY),
-        ("zero vibration, friction as believed", EXACT),
-        ("zero vibration, friction as believed", NOISY),
+        ("zero vibration, friction as guessed", EXACT),
+        ("zero vibration, friction as guessed", NOISY),
         ("zero vibration, friction known", WRONG),
     ):
         found = tried(name, case)

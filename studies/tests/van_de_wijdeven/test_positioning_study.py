@@ -82,13 +82,13 @@ def test_every_axis_is_in_the_ranges_asked_for(seed: int) -> None:
     assert abs(law.offset) <= 0.2 * coulomb * near
     assert axis.effort_limit == pytest.approx(3.0 * coulomb, rel=ROUNDING)
     assert 0.5e-3 <= abs(axis.start_error) <= 20e-3
-    believed = axis.believed_friction
-    assert 0.95 / near <= axis.believed_mass / axis.plant.mass <= 1.05 * near
-    assert 0.5 / near <= believed.coulomb_friction_positive / coulomb <= 1.5 * near
-    assert 0.5 / near <= believed.viscous_friction_positive / viscous <= 1.5 * near
-    assert 0.5 / near <= believed.static_friction_positive / static
-    assert believed.static_friction_positive <= 1.5 * max(static, coulomb) * near
-    assert believed.offset == 0.0
+    guessed = axis.guessed_friction
+    assert 0.95 / near <= axis.guessed_mass / axis.plant.mass <= 1.05 * near
+    assert 0.5 / near <= guessed.coulomb_friction_positive / coulomb <= 1.5 * near
+    assert 0.5 / near <= guessed.viscous_friction_positive / viscous <= 1.5 * near
+    assert 0.5 / near <= guessed.static_friction_positive / static
+    assert guessed.static_friction_positive <= 1.5 * max(static, coulomb) * near
+    assert guessed.offset == 0.0
 
 
 def test_the_ranges_are_filled() -> None:
@@ -97,7 +97,7 @@ def test_the_ranges_are_filled() -> None:
         ([each.plant.mass for each in drawn], 75.0, 300.0),
         ([each.plant.friction.offset * 3.0 / each.effort_limit for each in drawn], -0.2, 0.2),
         ([each.start_error for each in drawn], -20e-3, 20e-3),
-        ([each.believed_mass / each.plant.mass for each in drawn], 0.95, 1.05),
+        ([each.guessed_mass / each.plant.mass for each in drawn], 0.95, 1.05),
     ):
         span = high - low
         assert min(values) < low + 0.02 * span
@@ -121,7 +121,7 @@ def test_rounding_adds_to_the_noise_of_a_sample() -> None:
 
 
 @pytest.mark.parametrize("name", list(CONTENDERS))
-def test_a_controller_is_made_from_what_is_believed_alone(name: str) -> None:
+def test_a_controller_is_made_from_what_is_guessed_alone(name: str) -> None:
     axis = axes(1)[0]
     other = replace(
         axis,
@@ -152,10 +152,8 @@ SIMPLE = RandomAxis(
         mass=150.0,
         friction=CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=0.0),
     ),
-    believed_mass=150.0,
-    believed_friction=CoulombViscousFriction.symmetric(
-        coulomb_friction=100.0, viscous_friction=0.0
-    ),
+    guessed_mass=150.0,
+    guessed_friction=CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=0.0),
     start_error=0.2e-3,
     effort_limit=300.0,
     seed=1,

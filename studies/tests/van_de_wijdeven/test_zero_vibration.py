@@ -78,10 +78,10 @@ def test_without_shaping_it_swings() -> None:
 def test_a_wrong_frequency_leaves_what_the_theory_says() -> None:
     # The impulses' swings cancel but for cos(w h/2), h = pi/w', on top of the unshaped swing
     reference = PointToPoint(moves=(Move(target=1.0, duration=2.0),))
-    believed = replace(CONTROLLER, reference=reference, arm=replace(ARM, stiffness=2.4))
-    w, h = sqrt(ARM.stiffness / ARM.mass_2), believed.delay
+    guessed = replace(CONTROLLER, reference=reference, arm=replace(ARM, stiffness=2.4))
+    w, h = sqrt(ARM.stiffness / ARM.mass_2), guessed.delay
     times = np.linspace(0.0, 2.0 + h, 40_001)
-    a = believed.shaped_at(times).acceleration
+    a = guessed.shaped_at(times).acceleration
     swing = abs(np.trapezoid(a * np.exp(1j * w * times), times)) / w
     unshaped = residual_swing(replace(CONTROLLER, reference=reference), shaped=False)
     assert swing == pytest.approx(unshaped * abs(np.cos(0.5 * w * h)), rel=1e-6)

@@ -28,7 +28,7 @@ class Case:
     position_noise, velocity_noise
         Standard deviations of one sample of either mass.
     parameter_error
-        By which part of the truth both masses and the spring are believed wrong [-].
+        By which part of the truth both masses and the spring are guessed wrong [-].
     """
 
     name: str
@@ -50,8 +50,8 @@ class Case:
         """Return the sensors."""
         return Sensors(position_noise=self.position_noise, velocity_noise=self.velocity_noise)
 
-    def believed(self, arm: RandomArm) -> FlexibleArm:
-        """Return the arm with masses and spring as they are believed; its friction is the truth.
+    def guessed(self, arm: RandomArm) -> FlexibleArm:
+        """Return the arm with masses and spring as they are guessed; its friction is the truth.
 
         Each is too large or too small by the error, as the seed of the arm has it.
 

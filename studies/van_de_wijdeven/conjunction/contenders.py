@@ -43,7 +43,7 @@ _EFFORT_SHARE = 0.8
 _FASTER = 1.02
 _REST_SAMPLES = 10
 _REST_STEP = 1e-9
-"""Resolution by which rest is told without noise [m]."""
+"""Resolution by which rest is detected without noise [m]."""
 _UNKNOWN = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
 FASTEST = 2.0 * pi * 0.1 / SAMPLING_TIME
 """Pole of a feedback, at most [rad/s]: a tenth of the sampling rate."""
@@ -57,7 +57,7 @@ def landing_controller(arm: RandomArm, case: Case) -> LandingController:
     arm, case
         Which, and under which conditions.
     """
-    believed, guess = case.believed(arm), arm.believed_friction
+    guessed, guess = case.guessed(arm), arm.guessed_friction
     first = {} if guess is None else {
         "coulomb_friction": guess.coulomb_friction_positive,
         "viscous_friction": guess.viscous_friction_positive,
@@ -66,14 +66,14 @@ def landing_controller(arm: RandomArm, case: Case) -> LandingController:
         sampling_time=SAMPLING_TIME,
         target=arm.targets[0],
         tolerance=0.5 * min(case.bound(way) for way in arm.ways),
-        arm=replace(believed, friction=_UNKNOWN if guess is None else guess),
+        arm=replace(guessed, friction=_UNKNOWN if guess is None else guess),
         arm_uncertainty=case.parameter_error,
         effort_limit=arm.effort_limit,
         estimator=EnergyEstimator(
             force_noise=0.0,
-            inertia=believed.mass_1,
-            load_inertia=believed.mass_2,
-            stiffness=believed.stiffness,
+            inertia=guessed.mass_1,
+            load_inertia=guessed.mass_2,
+            stiffness=guessed.stiffness,
             offset=False,
             initial_values=first,
         ),
@@ -87,7 +87,7 @@ def _reference(leg: Leg) -> PointToPoint:
 
     The largest acceleration is 10/sqrt(3) d/D^2, the largest velocity 15/8 d/D.
     """
-    arm, way, limit = leg.believed, leg.way, leg.arm.effort_limit
+    arm, way, limit = leg.guessed, leg.way, leg.arm.effort_limit
     m, law = arm.mass_1 + arm.mass_2, arm.friction
     duration = sqrt(way * m / limit)
     while (
@@ -102,12 +102,12 @@ def _reference(leg: Leg) -> PointToPoint:
 
 def _pd_and_notch(leg: Leg) -> FeedbackController:
     """Return the feedback phase of a landing alone, without any knowledge of friction."""
-    believed = leg.believed
+    guessed = leg.guessed
     return FeedbackController(
         sampling_time=SAMPLING_TIME,
-        pd=scaled_pd(believed),
-        notch=scaled_notch(believed),
-        inertia=believed.mass_1 + believed.mass_2,
+        pd=scaled_pd(guessed),
+        notch=scaled_notch(guessed),
+        inertia=guessed.mass_1 + guessed.mass_2,
         effort_limit=leg.arm.effort_limit,
         reference=_reference(leg),
     )
@@ -130,9 +130,9 @@ class PIDTuning:
 
     def __call__(self, leg: Leg) -> PIDController:
         """Return the controller: its characteristic polynomial is (s + w)^2 (s + b w)."""
-        believed = leg.believed
-        m = believed.mass_1 + believed.mass_2
-        w, b = self.frequency * sqrt(believed.stiffness / believed.mass_2), self.integral
+        guessed = leg.guessed
+        m = guessed.mass_1 + guessed.mass_2
+        w, b = self.frequency * sqrt(guessed.stiffness / guessed.mass_2), self.integral
         return PIDController(
             sampling_time=SAMPLING_TIME,
             target=leg.target,
@@ -151,25 +151,25 @@ class ZeroVibrationTuning:
     Attributes
     ----------
     friction
-        ``"known"`` is the truth, ``"believed"`` the first guess; where there is none, no friction.
+        ``"known"`` is the truth, ``"guessed"`` the first guess; where there is none, no friction.
     frequency
         Of the double pole [rad/s].
     """
 
-    friction: Literal["known", "believed"]
+    friction: Literal["known", "guessed"]
     frequency: float
 
     def __call__(self, leg: Leg) -> ZeroVibrationController:
         """Return the controller."""
-        believed = leg.believed
+        guessed = leg.guessed
         reference = _reference(leg)
-        if self.friction == "believed":
-            believed = replace(believed, friction=leg.arm.believed_friction or _UNKNOWN)
+        if self.friction == "guessed":
+            guessed = replace(guessed, friction=leg.arm.guessed_friction or _UNKNOWN)
         w = self.frequency
         return ZeroVibrationController(
             sampling_time=SAMPLING_TIME,
-            arm=believed,
-            pd=PD(position_gain=believed.mass_1 * w**2, velocity_gain=2.0 * believed.mass_1 * w),
+            arm=guessed,
+            pd=PD(position_gain=guessed.mass_1 * w**2, velocity_gain=2.0 * guessed.mass_1 * w),
             reference=reference,
             effort_limit=leg.arm.effort_limit,
         )
@@ -187,10 +187,10 @@ def _by_noise(without: Rival, noisy: Rival) -> Rival:
 
 def _papwc(leg: Leg) -> PulseAmplitudeWidthController:
     """Return PAPWC of the whole mass; it looks at mass 1 alone, its first guess is the truth."""
-    believed = leg.believed
+    guessed = leg.guessed
     controller = PulseAmplitudeWidthController.from_friction(
-        mass=believed.mass_1 + believed.mass_2,
-        coulomb_friction=believed.friction.coulomb_friction_positive,
+        mass=guessed.mass_1 + guessed.mass_2,
+        coulomb_friction=guessed.friction.coulomb_friction_positive,
         pulse_effort=leg.arm.effort_limit,
         sampling_time=SAMPLING_TIME,
         target=leg.target,
@@ -210,9 +210,9 @@ RIVALS: Mapping[str, Rival] = MappingProxyType(
             PIDTuning(frequency=0.5, integral=0.2), PIDTuning(frequency=0.3, integral=0.8)
         ),
         "PAPWC, as if rigid": _papwc,
-        "zero vibration, friction as believed": _by_noise(
-            ZeroVibrationTuning(friction="believed", frequency=28.0),
-            ZeroVibrationTuning(friction="believed", frequency=28.0),
+        "zero vibration, friction as guessed": _by_noise(
+            ZeroVibrationTuning(friction="guessed", frequency=28.0),
+            ZeroVibrationTuning(friction="guessed", frequency=28.0),
         ),
         "zero vibration, friction known": _by_noise(
             ZeroVibrationTuning(friction="known", frequency=28.0),

@@ -45,7 +45,7 @@ _NOTED = 10  # samples between two notes of the estimates
 
 
 class Estimates(NamedTuple):
-    """What is believed of friction at an instant [s, N, N s/m], with standard deviations."""
+    """What is guessed of friction at an instant [s, N, N s/m], with standard deviations."""
 
     time: float
     coulomb: float
@@ -99,7 +99,7 @@ class Landing:
         return float(x1 - TARGETS[move]), float(swing)
 
     def at(self, time: float) -> Estimates:
-        """Return what was believed at an instant.
+        """Return what was guessed at an instant.
 
         Parameters
         ----------
@@ -142,7 +142,7 @@ class LandingEvidence:
 
 
 class _Recorder:
-    """The landing controller, sent to the next target when it is time, and what it believes."""
+    """The landing controller, sent to the next target when it is time, and what it estimates."""
 
     def __init__(self, controller: LandingController) -> None:
         self._controller = controller
@@ -196,7 +196,7 @@ def gather_landings(seed: int, advance: Callable[[], None]) -> LandingEvidence:
         advance()
     arm = RandomArm(
         arm=surrogate.surrogate_arm(),
-        believed_friction=None,
+        guessed_friction=None,
         targets=TARGETS[:1],
         effort_limit=EFFORT_LIMIT,
         seed=seed,

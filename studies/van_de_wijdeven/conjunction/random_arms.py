@@ -1,4 +1,4 @@
-"""Random flexible arms around the one of the reference points, and what is believed of them."""
+"""Random flexible arms around the one of the reference points, and what is guessed of them."""
 
 from dataclasses import dataclass
 
@@ -27,9 +27,9 @@ _FACTOR = 3.0
 _STATIC = (1.0, 1.3)
 """Static over Coulomb friction [-]."""
 _GUESS_ERROR = 0.5
-"""What is believed of friction, if anything, is wrong by up to this part of the truth [-]."""
+"""What is guessed of friction, if anything, is wrong by up to this part of the truth [-]."""
 _GUESSED = 0.5
-"""Share of the arms of which a friction is believed [-]."""
+"""Share of the arms of which a friction is guessed [-]."""
 _MOVE = (0.7, 1.3)
 """Length of a move [m]."""
 _MOVES = 2
@@ -38,13 +38,13 @@ _MOVES = 2
 
 @dataclass(frozen=True, kw_only=True)
 class RandomArm:
-    """An arm at rest at 0, where it shall go, and what a controller is told of it.
+    """An arm at rest at 0, where it shall go, and the guess of a controller.
 
     Attributes
     ----------
     arm
         The truth.
-    believed_friction
+    guessed_friction
         First guess of its friction, or None.
     targets
         Where it shall land, one after the other [m].
@@ -55,7 +55,7 @@ class RandomArm:
     """
 
     arm: FlexibleArm
-    believed_friction: CoulombViscousFriction | None
+    guessed_friction: CoulombViscousFriction | None
     targets: tuple[float, ...]
     effort_limit: float = quantity_field("effort")
     seed: int
@@ -80,10 +80,10 @@ def _random_arm(generator: np.random.Generator) -> RandomArm:
     )
     static = coulomb * generator.uniform(*_STATIC)
     wrong = 1.0 + generator.uniform(-_GUESS_ERROR, _GUESS_ERROR, 3)
-    believed = CoulombViscousFriction.symmetric(
+    guessed = CoulombViscousFriction.symmetric(
         coulomb_friction=coulomb * wrong[0],
         viscous_friction=viscous * wrong[1],
-        static_friction=max(static * wrong[2], coulomb * wrong[0]),  # nobody believes it to be less
+        static_friction=max(static * wrong[2], coulomb * wrong[0]),  # nobody guesses it to be less
     )
     guessed = generator.uniform() < _GUESSED
     ways = np.where(generator.uniform(size=_MOVES) < 0.5, -1.0, 1.0)
@@ -97,7 +97,7 @@ def _random_arm(generator: np.random.Generator) -> RandomArm:
                 coulomb_friction=coulomb, viscous_friction=viscous, static_friction=static
             ),
         ),
-        believed_friction=believed if guessed else None,
+        guessed_friction=guessed if guessed else None,
         targets=tuple(places.tolist()),
         effort_limit=EFFORT_LIMIT,
         seed=int(generator.integers(2**63)),
@@ -109,7 +109,7 @@ def random_arms(generator: np.random.Generator, n: int) -> list[RandomArm]:
 
     Masses, spring, Coulomb and viscous friction are within a factor 3 of 1 kg, 1 kg, 1 N/m, 0.1 N
     and 0.1 N s/m (the logarithm is uniform), static friction is 1 to 1.3 times the Coulomb friction
-    (uniform). Of half of the arms nothing is believed of friction, of the others a Coulomb, a
+    (uniform). Of half of the arms nothing is guessed of friction, of the others a Coulomb, a
     viscous and a static friction that are each wrong by up to 50 % (uniform). Two moves of 0.7 to
     1.3 m follow each other, either of them either way.
 

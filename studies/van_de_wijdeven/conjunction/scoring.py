@@ -61,9 +61,9 @@ class Leg:
         return abs(self.target - self.start)
 
     @property
-    def believed(self) -> FlexibleArm:
-        """The arm as `Case.believed` has it."""
-        return self.case.believed(self.arm)
+    def guessed(self) -> FlexibleArm:
+        """The arm as `Case.guessed` has it."""
+        return self.case.guessed(self.arm)
 
 
 Rival = Callable[[Leg], Controller[Any]]
@@ -121,7 +121,7 @@ def rival_moves(arm: RandomArm, case: Case, make: Rival) -> list[MoveOutcome]:
     arm, case
         Which, and under which conditions.
     make
-        Makes the controller of each move, from what is believed.
+        Makes the controller of each move, from what is guessed.
     """
     generator = np.random.default_rng(arm.seed)
     state = (0.0, 0.0, 0.0, 0.0)

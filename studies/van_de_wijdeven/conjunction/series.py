@@ -29,7 +29,7 @@ _WAITS = 70  # at most: more than a swing
 # Width of a pulse in samples, and the duration to be reached [s]
 _EXPECTED = ((1, 4.6), (10, 5.0), (20, 6.0), (30, 6.0))
 
-# True friction over the believed one, less 1, and what it leaves of the way: of mass 1, and
+# True friction over the guessed one, less 1, and what it leaves of the way: of mass 1, and
 # swinging. Known for another series of 4.6 s
 _LEFT = (
     (-0.05, 0.025, 0.0099),
@@ -54,7 +54,7 @@ class Planned:
     series
         As planned.
     motion
-        What the arm as believed does, simulated exactly, and for a while after it.
+        What the arm as guessed does, simulated exactly, and for a while after it.
     numbers
         What a table holds of it.
     """
@@ -73,7 +73,7 @@ class SeriesEvidence:
     planned
         The series of the reference points.
     effects
-        Of friction that is not as believed.
+        Of friction that is not as guessed.
     successive
         Successive series, with constant and with updated estimates.
     """

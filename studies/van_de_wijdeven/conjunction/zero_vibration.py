@@ -101,7 +101,7 @@ class ZeroVibrationController:
     sampling_time
         That of the loop [s].
     arm
-        Masses, spring and friction as they are believed to be; static friction is not used.
+        Masses, spring and friction as they are guessed to be; static friction is not used.
     pd
         Gains, on the driven mass alone: the spring's force is balanced.
     reference

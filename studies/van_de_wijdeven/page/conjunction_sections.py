@@ -56,7 +56,7 @@ def _reference_series(every: Sequence[ReferenceSeries]) -> str:
     )
     return (
         "<h3>Shortest durations</h3>\n<p>From rest to rest over 1 m. What is left is of the exact "
-        "simulation of the arm as it is believed.</p>\n"
+        "simulation of the arm as it is guessed.</p>\n"
         + _table(
             (
                 "series",
@@ -85,9 +85,9 @@ def _friction_errors(every: Sequence[FrictionErrorEffect]) -> str:
         for each in every
     )
     return (
-        "<h3>Coulomb friction that is not as believed</h3>\n<p>True over believed friction, and "
+        "<h3>Coulomb friction that is not as guessed</h3>\n<p>True over guessed friction, and "
         "what the series at full rate leaves, in % of the move, beside what is known of another "
-        "series of the same duration. Where there is less friction than believed both must be the "
+        "series of the same duration. Where there is less friction than guessed both must be the "
         "same; where there is more, mass 1 sticks on the way where the series lets it creep, "
         "which series of one duration do differently.</p>\n"
         + _table(
@@ -118,8 +118,8 @@ def _successive_series(every: Sequence[SuccessiveSeries]) -> str:
     )
     return (
         "<h3>Successive series</h3>\n<p>What is left of 1 m, the larger of mass 1's error and "
-        "mass 2's swing, by how wrong the first belief is and whether it learns.</p>\n"
-        + _table(("belief", *(f"after series {k + 1}" for k in range(count))), rows)
+        "mass 2's swing, by the error of the first guess and whether it learns.</p>\n"
+        + _table(("guess", *(f"after series {k + 1}" for k in range(count))), rows)
     )
 
 

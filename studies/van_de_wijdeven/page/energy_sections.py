@@ -81,7 +81,7 @@ def _variants(scores: Sequence[VariantScore]) -> str:
         "and four (Eqs. 5.21 to 5.24), settled compensation the double expectation itself. B and S "
         "multiply 1 and what is compensated (Eq. 6.2), so there is no variant of them without a "
         "compensation. The noise-robust estimator needs neither: it follows the motion with the "
-        "known masses and spring, and learns the noise from the log; on line it is also told a "
+        "known masses and spring, and learns the noise from the log; on line it is also given a "
         "first guess of σ, right and wrong.</p>\n"
     ]
     for loop in dict.fromkeys(each.loop for each in scores):

@@ -179,7 +179,7 @@ def _controller_scores(scores: Sequence[ControllerScore], how_compared: str) -> 
         for each in scores
     )
     return (
-        f"<p>Each controller on the same {scores[0].axes} random axes, told the same wrong first "
+        f"<p>Each controller on the same {scores[0].axes} random axes, with the same wrong first "
         "guesses. On target: within the tolerance all the time while watched at the end. Hunting: "
         "moved to and fro then. Times and pulses are those until the target was reached for good, "
         "of the axes on which it was.</p>\n"

@@ -143,12 +143,12 @@ class Variant:
     error_terms: bool = False
 
     @property
-    def told(self) -> bool:
-        """Whether it is told standard deviations."""
+    def informed(self) -> bool:
+        """Whether it is given standard deviations."""
         return self.compensation != "none"
 
     def estimator(self, assumed: float) -> PublishedEnergyEstimator:
-        """Return the estimator, told this much of the surrogate's standard deviations [-]."""
+        """Return the estimator, given this much of the surrogate's standard deviations [-]."""
         return published_estimator(
             sums=self.sums,
             compensation=self.compensation,

@@ -22,7 +22,7 @@ NOISES = (0.5, 1.0, 2.0)
 """Noise of the sensors, over that of the surrogate values [-]."""
 
 ASSUMED = (0.5, 1.0, 2.0)
-"""Standard deviations that a variant is told, over the true ones [-]."""
+"""Standard deviations that a variant is given, over the true ones [-]."""
 
 ROBUST_OFFLINE = "noise-robust, whole log"
 ROBUST_ONLINE = "noise-robust, on line"
@@ -32,7 +32,7 @@ _STREAM = 1  # of the seeds
 _PARAMETERS = tuple(surrogate.TRUTH)
 
 Key = tuple[str, float | None]
-"""A variant and the standard deviations it is told, over the true ones."""
+"""A variant and the standard deviations it is given, over the true ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +113,7 @@ def _one(loop: Loop, noise: float, seed: np.random.SeedSequence) -> _Outcome:
     run = one_run(loop, noise, np.random.default_rng(seed), guide, guide.init(sampling_time=T))
     outcome = _Outcome(effects=noise_effects(run))
     for variant in VARIANTS:
-        for assumed in ASSUMED if variant.told else (None,):
+        for assumed in ASSUMED if variant.informed else (None,):
             estimator = variant.estimator(noise * (assumed or 1.0))
             _, values = estimator.run(estimator.init(sampling_time=T), run.log)
             outcome.values[variant.name, assumed] = values[-1, :2].copy()  # no view of all samples
@@ -139,11 +139,11 @@ def _robust(log: AxisLog, noise: float, outcome: _Outcome) -> None:
     )
     order = [estimator.parameter_names(log.kind).index(name) for name in _PARAMETERS]
     for assumed in (None, *ASSUMED):
-        told = robust_estimator(None if assumed is None else assumed * noise)
-        state, values = told.run(told.init(sampling_time=log.sampling_time), log)
+        robust = robust_estimator(None if assumed is None else assumed * noise)
+        state, values = robust.run(robust.init(sampling_time=log.sampling_time), log)
         key = (ROBUST_ONLINE, assumed)
         outcome.values[key] = values[-1, order]
-        widths = _NORMAL_95 * np.sqrt(np.diag(told.covariance(state))[order])
+        widths = _NORMAL_95 * np.sqrt(np.diag(robust.covariance(state))[order])
         outcome.covered[key] = (np.abs(values[-1, order] - truth) <= widths).astype(float)
 
 

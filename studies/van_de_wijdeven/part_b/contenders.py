@@ -52,8 +52,8 @@ class _Adaptive:
 
     def __call__(self, axis: RandomAxis) -> PulseWidthController | PulseAmplitudeWidthController:
         controller = self.method.from_friction(
-            mass=axis.believed_mass,
-            coulomb_friction=axis.believed_friction.coulomb_friction_positive,
+            mass=axis.guessed_mass,
+            coulomb_friction=axis.guessed_friction.coulomb_friction_positive,
             pulse_effort=axis.effort_limit,
             sampling_time=SAMPLING_TIME,
             target=axis.start_error,
@@ -73,8 +73,8 @@ def _exact_pulse(axis: RandomAxis) -> ExactPulseController:
         tolerance=_AIM,
         rest=_REST,
         effort_limit=axis.effort_limit,
-        mass=axis.believed_mass,
-        friction=axis.believed_friction,
+        mass=axis.guessed_mass,
+        friction=axis.guessed_friction,
         position_noise=SAMPLE_NOISE,
     )
 
@@ -129,7 +129,7 @@ LONG_WATCHED_AXES = 200
 HOW_TUNED = (
     f"A run lasts {ARRIVAL + WATCH:g} s; on target is what was within {1e6 * TOLERANCE:g} µm "
     f"during all of the last {WATCH:g} s, by its true position, and hunting what turned round "
-    "twice in them, by more than the tolerance each time. Each PID is shaped for the believed mass "
+    "twice in them, by more than the tolerance each time. Each PID is shaped for the guessed mass "
     "by bandwidth, phase margin and the place of the integral; these, and what else a variant has "
     "(dead band of the integral, amplitude and frequency of the dither), are what kept most of 200 "
     "other axes on target, and of equals what was there soonest, with at most "

@@ -24,7 +24,7 @@ _REST_SAMPLES = 2
 
 @dataclass(frozen=True, kw_only=True)
 class PIDTuning:
-    """What fits a PID controller to any axis of which mass and friction are believed.
+    """What fits a PID controller to any axis of which mass and friction are guessed.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class PIDTuning:
     dead_band
         Over the tolerance [-].
     dither
-        Amplitude over the believed static friction [-]; 0 for none.
+        Amplitude over the guessed static friction [-]; 0 for none.
     dither_frequency
         Of its square wave [Hz].
     reset
@@ -63,7 +63,7 @@ class PIDTuning:
 
     def __call__(self, axis: RandomAxis) -> PIDController:
         """Return the controller for an axis."""
-        mass, target, limit = axis.believed_mass, axis.start_error, axis.effort_limit
+        mass, target, limit = axis.guessed_mass, axis.start_error, axis.effort_limit
         shaped = self._shaped(mass, target, limit)
         reset = dither = None
         if self.reset is not None:
@@ -74,7 +74,7 @@ class PIDTuning:
             )
         if self.dither > 0.0:
             dither = Dither(
-                amplitude=self.dither * axis.believed_friction.static_friction_positive,
+                amplitude=self.dither * axis.guessed_friction.static_friction_positive,
                 frequency=self.dither_frequency,
                 shape="square",
             )

@@ -24,7 +24,7 @@ _EFFORT_LIMIT = 3.0
 """Over the Coulomb friction [-]."""
 _MASS_ERROR = 0.05
 _FRICTION_ERROR = 0.5
-"""What is believed of mass and friction is wrong by up to this part of the truth [-]."""
+"""What is guessed of mass and friction is wrong by up to this part of the truth [-]."""
 _START_ERROR = (0.5e-3, 20e-3)
 """Distance from the target at the start, either sign [m]."""
 
@@ -38,15 +38,15 @@ SAMPLE_NOISE = sqrt(POSITION_NOISE**2 + ENCODER_STEP**2 / 12.0)
 
 @dataclass(frozen=True, kw_only=True)
 class RandomAxis:
-    """An axis, and what a controller is told of it.
+    """An axis, and the guess of a controller.
 
     Attributes
     ----------
     plant
         The truth.
-    believed_mass
+    guessed_mass
         [kg].
-    believed_friction
+    guessed_friction
         First guesses: of Coulomb, static and viscous friction, the same in both directions; of
         the offset, nothing.
     start_error
@@ -58,8 +58,8 @@ class RandomAxis:
     """
 
     plant: SingleMass
-    believed_mass: float = quantity_field("mass")
-    believed_friction: CoulombViscousFriction
+    guessed_mass: float = quantity_field("mass")
+    guessed_friction: CoulombViscousFriction
     start_error: float = quantity_field("position")
     effort_limit: float = quantity_field("effort")
     seed: int
@@ -96,19 +96,19 @@ def _random_axis(generator: np.random.Generator) -> RandomAxis:
         viscous_friction_negative=viscous * (1.0 - uneven_viscous),
         offset=coulomb * generator.uniform(-_OFFSET, _OFFSET),
     )
-    believed_mass = _guess(generator, mass, _MASS_ERROR)
-    believed_coulomb = _guess(generator, coulomb, _FRICTION_ERROR)
-    believed_static = _guess(generator, static, _FRICTION_ERROR)
-    believed = CoulombViscousFriction.symmetric(
-        coulomb_friction=believed_coulomb,
+    guessed_mass = _guess(generator, mass, _MASS_ERROR)
+    guessed_coulomb = _guess(generator, coulomb, _FRICTION_ERROR)
+    guessed_static = _guess(generator, static, _FRICTION_ERROR)
+    guessed = CoulombViscousFriction.symmetric(
+        coulomb_friction=guessed_coulomb,
         viscous_friction=_guess(generator, viscous, _FRICTION_ERROR),
-        static_friction=max(believed_static, believed_coulomb),  # nobody believes it to be less
+        static_friction=max(guessed_static, guessed_coulomb),  # nobody guesses it to be less
     )
     sign = 1.0 if generator.uniform() < 0.5 else -1.0
     return RandomAxis(
         plant=SingleMass(mass=mass, friction=law),
-        believed_mass=believed_mass,
-        believed_friction=believed,
+        guessed_mass=guessed_mass,
+        guessed_friction=guessed,
         start_error=sign * generator.uniform(*_START_ERROR),
         effort_limit=_EFFORT_LIMIT * coulomb,
         seed=int(generator.integers(2**63)),
@@ -122,7 +122,7 @@ def random_axes(generator: np.random.Generator, n: int) -> list[RandomAxis]:
     static friction is 1.05 to 1.5 times the Coulomb friction of the same direction, the friction
     of either direction is within 20 % of the mean of both (Coulomb, static and viscous each by a
     part of its own), the offset within 0.2 of the mean Coulomb friction; the effort limit is 3
-    times that. The mass is believed within 5 %, each friction within 50 % of its mean. The start
+    times that. The mass is guessed within 5 %, each friction within 50 % of its mean. The start
     is 0.5 to 20 mm off the target. All these are uniform where nothing else is said.
 
     Parameters

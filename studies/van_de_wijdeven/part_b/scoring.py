@@ -32,7 +32,7 @@ WATCH = 20.0
 """Time thereafter in which the axis is watched [s]."""
 
 Make = Callable[[RandomAxis], Controller[Float[np.ndarray, " s"]]]
-"""From what is believed of an axis (not from its truth) to a controller for it."""
+"""From what is guessed of an axis (not from its truth) to a controller for it."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,13 +22,13 @@ _LEGEND = {
     "reference_series.expected_duration": "the duration to be reached [s]",
     "reference_series.residual": "what the exact simulation leaves, of either mass's position and "
     "of the swing, the largest [m]",
-    "friction_errors": "what the fastest of them leaves if the Coulomb friction is not as believed",
-    "friction_errors.friction_error": "true Coulomb friction over the believed one, less 1",
+    "friction_errors": "what the fastest of them leaves if the Coulomb friction is not as guessed",
+    "friction_errors.friction_error": "true Coulomb friction over the guessed one, less 1",
     "friction_errors.expected_error": "the final position of mass 1 less the target, as known for "
     "another series of the same duration [m]",
     "friction_errors.expected_swing": "the same of the amplitude of mass 2 about mass 1 [m]",
     "successive_series": "series after series to the same target, the first Coulomb friction "
-    "believed wrong",
+    "guessed wrong",
     "successive_series.friction_error": "initial Coulomb friction over the true one, less 1",
     "successive_series.learning": "whether the estimates are updated after each series",
     "successive_series.error": "of mass 1 after each series [m]",
@@ -71,12 +71,12 @@ class ReferenceSeries:
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionErrorEffect:
-    """What a series leaves if the Coulomb friction is not as believed.
+    """What a series leaves if the Coulomb friction is not as guessed.
 
     Attributes
     ----------
     friction_error
-        True Coulomb friction over the believed one, less 1 [-].
+        True Coulomb friction over the guessed one, less 1 [-].
     expected_error, expected_swing
         What is known for another series of the same duration.
     error
@@ -121,7 +121,7 @@ class ConjunctionReproduction(Reproduction):
     reference_series
         Series whose shortest durations are known.
     friction_errors
-        What the fastest of them leaves if the Coulomb friction is not as believed.
+        What the fastest of them leaves if the Coulomb friction is not as guessed.
     successive_series
         Successive series, with constant and with updated estimates.
     landing_scores

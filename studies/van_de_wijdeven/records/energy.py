@@ -20,8 +20,8 @@ _LEGEND = {
     "five_runs.itse": "integral of time-multiplied squared prediction error of each run (Eq. 6.3), "
     "over that of the first run without noise in the same loop [-]",
     "variants.noise": "of the sensors, over setting.noise [-]",
-    "variants.assumed": "standard deviations that the variant was told, over the true ones [-]; "
-    "null: told none",
+    "variants.assumed": "standard deviations that the variant was given, over the true ones [-]; "
+    "null: given none",
     "variants.bias": "mean error, a fraction of the true value [-]",
     "variants.rmse": "root mean square error, a fraction of the true value [-]",
     "variants.coverage": "share of the runs whose 95 % interval holds the true value [-]; null: "
@@ -69,7 +69,7 @@ class VariantScore:
     noise
         Of the sensors, over that of the surrogate values [-].
     assumed
-        Standard deviations that the variant was told, over the true ones [-]; None if it was told
+        Standard deviations that the variant was given, over the true ones [-]; None if it was given
         none.
     runs
         How many there were.
