@@ -80,7 +80,7 @@ def _random_arm(generator: np.random.Generator) -> RandomArm:
     )
     static = coulomb * generator.uniform(*_STATIC)
     wrong = 1.0 + generator.uniform(-_GUESS_ERROR, _GUESS_ERROR, 3)
-    guessed = CoulombViscousFriction.symmetric(
+    guess = CoulombViscousFriction.symmetric(
         coulomb_friction=coulomb * wrong[0],
         viscous_friction=viscous * wrong[1],
         static_friction=max(static * wrong[2], coulomb * wrong[0]),  # nobody guesses it to be less
@@ -97,7 +97,7 @@ def _random_arm(generator: np.random.Generator) -> RandomArm:
                 coulomb_friction=coulomb, viscous_friction=viscous, static_friction=static
             ),
         ),
-        guessed_friction=guessed if guessed else None,
+        guessed_friction=guess if guessed else None,
         targets=tuple(places.tolist()),
         effort_limit=EFFORT_LIMIT,
         seed=int(generator.integers(2**63)),
