@@ -30,6 +30,7 @@ from stickslip.control.precise.learning import (
     delay_of,
     direction,
     lag_of,
+    misfit_scale,
     model,
     unexplained,
     variance_of,
@@ -126,7 +127,7 @@ def _by_impulse(p: Any) -> tuple[float, float]:
     for i in range(ROWS):
         for j in range(ROWS):
             variance += row[i] * p.covariance[h, i, j] * row[j]
-    return direction(p) * max(v, 0.0), variance * max(p.misfit[h] / max(p.rows, 1), 1.0) / (m * m)
+    return direction(p) * max(v, 0.0), variance * misfit_scale(p) / (m * m)
 
 
 @compiled()
@@ -375,7 +376,7 @@ def speed_now(p: Any, m: float, F: float, n: int) -> float:
             v += (1.0 - (j - delay + 0.5) / n) * p.commands[j] * T / m
     after_move = p.brakings == 0 and p.unslowed == 0 and p.waited == 0
     explained = p.misfit[p.best] <= _EXPLAINS * p.rows
-    if p.shakes and explained and p.moving == BRAKING and after_move:
+    if p.shakes and explained and after_move:
         other, variance = _by_impulse(p)
         swings = 2.0 * (max(p.excess, p.off * p.off) + variance_of(p)) / (n * T) ** 2
         v += (other - v) * swings / (swings + variance)
@@ -391,15 +392,15 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     if not measured:
         p.waited += 1
         return 0.0
-    n = _steps(p)
+    seen = _steps(p)
     if p.brake_wait > 0:
         p.brake_wait -= 1
-        seen = n - p.brake_wait
+        seen -= p.brake_wait
         if seen < PAST - 1 or abs(p.past[0] - p.past[seen]) < _FAR * p.way:
             return 0.0
-        n, p.brake_wait = seen, 0
+        p.brake_wait = 0
     slowing = 0.0 if p.unslowed else F
-    v = speed_now(p, m, slowing, n)
+    v = speed_now(p, m, slowing, seen)
     if p.brakings >= _MOST or not (p.unslowed or _runs(p, m, F, v)):
         p.moving = 0
         return 0.0

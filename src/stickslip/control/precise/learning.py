@@ -29,10 +29,7 @@ from stickslip.control.feedback.profile_kernels import STATE as SERVO_STATE
 from stickslip.control.pulses.exact_state import COULOMB, PARAMETERS, VISCOUS
 from stickslip.numerics.named_fields import fields_at, places
 
-FINE, COARSE = (
-    32,
-    16,
-)  # delays of a model: short ones in quarters of a sample, longer ones in halves
+FINE, COARSE = 32, 16  # delays of models: in quarters of a sample, and longer ones in halves
 DELAYS, LAGS = 1 + FINE + COARSE, 4
 PER_SAMPLE = 4.0  # short delays a sample
 LAG_STEP = 0.5  # samples
@@ -378,6 +375,12 @@ def unexplained(p: Any) -> bool:
     return p.misfit[p.best] > EXPLAINED * p.rows
 
 
+@compiled(inline=True)
+def misfit_scale(p: Any) -> float:
+    """Return the mean squared innovation over its variance, at least 1: a factor of variances."""
+    return max(p.misfit[p.best] / max(p.rows, 1), 1.0)
+
+
 @compiled()
 def physical(p: Any) -> tuple[float, float, float]:
     """Return m, F and c of the model in use, with c = 0 where its estimate is negative.
@@ -400,8 +403,7 @@ def _driven(p: Any, F: float) -> bool:
 
     A spring behind the drive yields at first, and a vibration looks like a force.
     """
-    scale = max(p.misfit[p.best] / max(p.rows, 1), 1.0)
-    certain = _OUTLYING * scale * p.covariance[p.best, 1, 1] < F * F
+    certain = _OUTLYING * misfit_scale(p) * p.covariance[p.best, 1, 1] < F * F
     lasts = p.samples - delay_of(p.best) >= _DRIVEN
     return certain and lasts and p.shaken == 0 and not unexplained(p)
 
@@ -432,7 +434,7 @@ def teach(p: Any, values: Any, covariance: Any) -> None:
     for i in range(TAUGHT):
         if p.values[h, i] <= 0.0:
             p.values[h, i] = _LEAST * math.exp(values[place(side, i)])
-    scale = max(p.misfit[h] / max(p.rows, 1), 1.0)
+    scale = misfit_scale(p)
     P_s, Q, change = np.empty((TAUGHT, TAUGHT)), np.empty((TAUGHT, TAUGHT)), np.empty(TAUGHT)
     cross = np.empty((PARAMETERS, TAUGHT))
     for i in range(TAUGHT):

@@ -42,6 +42,7 @@ from stickslip.control.precise.learning import (
     lag_of,
     lagging,
     learn,
+    misfit_scale,
     model,
     unexplained,
     variance_of,
@@ -145,7 +146,7 @@ def _unmodelled(p: Any, a: float, v: float, older: float, newer: float) -> float
     for i in range(TAUGHT):
         for j in range(TAUGHT):
             variance += row[i] * p.covariance[h, i, j] * row[j]
-    variance *= max(p.misfit[h] / max(p.rows, 1), 1.0)
+    variance *= misfit_scale(p)
     m, F, _ = model(p)
     variance += (_ROUGH_FRICTION * F + _ROUGH_EFFORT * p.limit) ** 2
     variance += (_ROUGH_SWITCH * (newer - older)) ** 2
