@@ -4,7 +4,7 @@ import codecs
 import csv
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -77,8 +77,7 @@ def read_text(path: Path) -> Table:
         number, _ = next(islice(_rows(text, layout), sample, None))
         return f"{path.name}, row {number}"
 
-    labview = any(line.startswith(_END_OF_HEADER) for line in lines)
-    time = _X_VALUE if labview and _X_VALUE in headers else None
+    time = _X_VALUE if layout.labview and _X_VALUE in headers else None
     return Table(
         label=path.name,
         headers=headers,
@@ -197,17 +196,17 @@ class _Layout:
     first_row: int
     notes: tuple[str, ...]
     dated: frozenset[int] = frozenset()  # places of columns with a date or a time of day
+    labview: bool = False  # whether it is a LabVIEW measurement file
 
 
 def _find_layout(lines: list[str], label: str) -> _Layout:
     """Return the layout of a text log, from its first lines."""
     ends = [number for number, line in enumerate(lines) if line.startswith(_END_OF_HEADER)]
+    begin = ends[-1] + 1 if ends else 0
     content = [
         (number, line)
-        for number, line in enumerate(lines)
-        if line.strip()
-        and not line.lstrip().startswith(_COMMENTS)
-        and number > max(ends, default=-1)
+        for number, line in enumerate(lines[begin:], begin)
+        if line.strip() and not line.lstrip().startswith(_COMMENTS)
     ]
     ending = [line for _, line in content[-_SNIFFED_ROWS:]]
     dialect = max(_DIALECTS, key=lambda dialect: _score(dialect, ending))
@@ -221,7 +220,7 @@ def _find_layout(lines: list[str], label: str) -> _Layout:
             name, command = CANDUMP
             raise InputError("other_format", where=label, format=name, command=command)
         raise InputError("no_rows_of_numbers", where=label)
-    return _named(dialect, lines, first, width, label)
+    return replace(_named(dialect, lines, first, width, label), labview=bool(ends))
 
 
 def _score(dialect: _Dialect, lines: list[str]) -> tuple[int, int]:
