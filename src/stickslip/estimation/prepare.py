@@ -253,6 +253,8 @@ def with_common_times(
     that its samples are even; an axis that moves, with the same time stamps, does.
     """
     found = dict(logs)
+    if len(found) < 2:
+        return found
     continued = {axis: _continued(log, tuning)[0] for axis, log in logs.items()}
     shown = {axis for axis, log in continued.items() if with_even_time(log, tuning.arrival)[1]}
     for axis, log in logs.items():

@@ -29,9 +29,7 @@ from stickslip.estimation.selection.dwell import RestedLog, with_dwell
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
 from stickslip.estimation.selection.intervals.deviations import deviations
 from stickslip.estimation.selection.intervals.rival_law import rival_laws, rival_note, rival_shifts
-from stickslip.estimation.selection.intervals.widening import (
-    of_unknown_delay,
-)
+from stickslip.estimation.selection.intervals.widening import of_unknown_delay
 from stickslip.estimation.selection.judgement.plausibility import (
     implausible_time,
     implausible_units,
