@@ -33,14 +33,19 @@ def braked(
     friction: float = 0.05,
     velocity: bool = True,
     sign: float = 1.0,
+    hertz: float = 0.0,
 ) -> Braked:
-    """Let 1 kg run towards the end of its travel under no effort but that of the guard."""
+    """Let 1 kg run towards the end of its travel under no effort but that of the guard.
+
+    With a resonance frequency, half of it is behind a spring with a damping of 2 %.
+    """
     limits = Limits.for_task(mass=1.0, effort_limit=limit, sampling_time=T, places=(0.0, 0.01))
     guard = GuardedController(controller=Push(0.0), limits=limits)
     state, end = guard.init(), limits.travel[1]
     x, v = end - max(2.0 * speed * speed / limit, 8.0 * T * speed), speed
     efforts = [0.0] * (delay + 1)
-    farthest = x
+    farthest, mass, x2, v2 = x, 0.5 if hertz else 1.0, x, v
+    stiffness, damping = (2 * np.pi * hertz) ** 2 / 4, 0.02 * np.pi * hertz
     for k in range(SAMPLES):
         seen = STEP * round(x / STEP)
         sample = SensorSample(k * T, seen, v if velocity else np.nan, np.nan, np.nan)
@@ -49,9 +54,13 @@ def braked(
         efforts.append(effort)
         force = sign * efforts[-1 - delay] + load
         for _ in range(round(T / FINE)):
-            opposes = friction * np.sign(v) if v else np.clip(force, -friction, friction)
-            after = v + FINE * (force - opposes)
+            coupling = stiffness * (x2 - x) + damping * (v2 - v)
+            acts = force + coupling
+            opposes = friction * np.sign(v) if v else np.clip(acts, -friction, friction)
+            after = v + FINE * (acts - opposes) / mass
             v = 0.0 if after * v < 0.0 else after
+            v2 -= FINE * coupling / 0.5
+            x2 += FINE * v2
             x += FINE * v
             farthest = max(farthest, x)
     return Braked(farthest - end, x - end, v, str(guard.why(state)))
@@ -76,6 +85,15 @@ def test_an_axis_goes_beyond_its_travel_by_the_reaction_alone(
 def test_an_axis_behind_a_long_delay_does_not_swing_for_ever(limit: float, velocity: bool) -> None:
     """A time constant of four samples is close to unstable behind five, and friction is 1/400."""
     assert braked(0.1, limit=limit, delay=5, velocity=velocity).speed == 0.0
+
+
+@pytest.mark.parametrize("delay", [1, 2, 5])
+@pytest.mark.parametrize("hertz", [5.0, 10.0, 15.0, 20.0])
+def test_braking_does_not_excite_a_resonance(hertz: float, delay: int) -> None:
+    """Friction is 1/30 of the limit; braking in each sample as of one mass swings for ever."""
+    run = braked(0.1, limit=3.0, friction=0.1, delay=delay, velocity=False, hertz=hertz)
+    assert abs(run.speed) < 0.01
+    assert run.farthest < 0.05
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.5])

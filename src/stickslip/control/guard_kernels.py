@@ -80,7 +80,9 @@ STATE = np.dtype(
         ("anchor", "f8"),  # planned position
         ("pace", "f8"),  # planned velocity
         ("slowing", "f8"),  # planned deceleration
-        ("braked_v", "f8"),  # velocity in the sample before
+        ("braked_v", "f8"),  # velocity in the last sample of braking
+        ("braked_at", "f8"),  # time of that sample
+        ("impulse", "f8"),  # of the efforts since then
         ("against", "i8"),  # samples in which braking makes the axis faster
         ("hold", "f8"),  # effort that takes the load at rest
         ("quiet", "i8"),  # samples at rest while braking
@@ -105,13 +107,14 @@ _CONSTANT = 1e3  # errors of a way: over so long a way the speed of an axis with
 _IDLE = 25  # samples at rest without effort that end a move
 _BLOCKED_SAMPLES, _BLOCKED_TIME = 100, 0.5
 _NEARLY = 0.98  # of the effort limit
-_QUIET = 20  # samples at rest after which the brake is released
+_RESTED, _QUIET = 5, 20  # samples at rest: swings have ended; the brake is released
 _SLOW = 2.0  # samples of braking: an axis so slow has stopped
 _STOP = 8.0  # samples: braking takes so long where travel and effort allow it
 _PLANNED = 0.9  # of the effort limit: the strongest braking
 _LEARNS = 0.1  # of what is wrong of the load is corrected in a sample
 _GROWS = 0.001  # of the effort limit, in a sample: effort on an axis that rests outside its travel
-_TURNS, _SLOWER, _SLOWEST = 6, 0.5, 8.0  # changes of sign, after which each makes it slower
+_TURNS, _SLOWER, _SLOWEST = 6, 0.5, 32.0  # changes of sign, after which each makes it slower
+_FORGETS = 0.5  # of the load stays at such a change of sign
 _NOISE, _CLEARLY = 0.2, 0.1  # of the effort limit: that of an error of the speed; one that brakes
 _DRIVES = 0.6  # of the effort limit: a strong effort
 _CLEAR, _FASTER = 2.0, 1.1  # resolutions: a way; speed over the next one, if the axis accelerates
@@ -385,16 +388,17 @@ def _is_outside(g: Any) -> bool:
 
 
 @compiled()
-def _plan(g: Any, change: float) -> None:
-    """Go on by a sample in the plan, in which the velocity has changed so much.
+def _plan(g: Any, slower: float) -> None:
+    """Go on by a sample in the plan.
 
-    What the effort does not explain of the change is the load. An axis that is slower than planned,
-    by friction, is not driven on; one that stops outside its travel is brought back, by an effort
-    that grows while it rests.
+    What the efforts do not explain of the change of the velocity is the load. An axis that is
+    slower than planned, by friction, is not driven on; one that stops outside its travel is brought
+    back, by an effort that grows while it rests.
     """
     x, v, T = g.x, g.v, g.period
-    load = _mass(g) * change / T - g.effort
-    g.hold -= _LEARNS * (load + g.hold) if g.quiet == 0 else 0.0
+    passed = g.time - g.braked_at
+    load = (_mass(g) * (v - g.braked_v) - g.impulse) / passed
+    g.hold -= min(_LEARNS * passed / T, 1.0) / slower * (load + g.hold) if g.quiet == 0 else 0.0
     most = g.effort_limit
     if g.quiet > 0 and _is_outside(g):
         g.hold += np.copysign(_GROWS * most, g.low - x)
@@ -410,14 +414,23 @@ def _plan(g: Any, change: float) -> None:
         g.anchor = min(max(g.anchor, g.low), g.high)
 
 
+@compiled(inline=True)
+def _slower(g: Any) -> float:
+    """Return the factor by which braking takes longer: an axis swings, or its speed has noise."""
+    error = g.resolution / g.period if np.isnan(g.seen[0, 1]) else g.velocity_resolution
+    noisy = g.gain * error / (_NOISE * g.effort_limit)
+    return min(max(1.0 + _SLOWER * max(g.turns - _TURNS, 0), noisy), _SLOWEST)
+
+
 @compiled()
 def _brake(g: Any) -> float:
     """Return the effort that leads the axis to rest by a plan, holds it there, and then lets go.
 
     A spring of K_p = gain/(16 T) about the plan damps a mass of gain 4 T critically. An axis that
     moves once it was let go is held for good. With many changes of the sign of the effort all of it
-    becomes slower: behind a long delay an axis would swing for ever. So it is where the speed has
-    noise. Braking that makes the axis faster ends.
+    becomes slower, and half of the load is forgotten at each: behind a long delay, or with a
+    resonance, an axis would swing for ever. It is slower too where the speed has noise. An axis
+    that has swung rests where it stops within its travel. Braking that makes it faster ends.
     """
     x, v = g.x, g.v
     if g.released == 1:
@@ -425,29 +438,31 @@ def _brake(g: Any) -> float:
             return 0.0
         g.released, g.anchored, g.kept = 0, 0, 1
         g.fault = LOAD if g.gravity == 1 else g.fault
+    slower = _slower(g)
     if g.anchored == 0:
         _begin_braking(g)
     else:
-        _plan(g, v - g.braked_v)
-    speed, g.braked_v = abs(g.braked_v), v
+        _plan(g, slower)
+    speed, g.braked_v, g.braked_at, g.impulse = abs(g.braked_v), v, g.time, 0.0
     slow = abs(v) <= _SLOW * g.braking * g.period + g.velocity_resolution + g.resolution / g.period
     g.quiet = g.quiet + 1 if slow and abs(x - g.quiet_x) <= g.resolution else 0
     if g.quiet == 0:
         g.quiet_x = x
+    elif g.quiet >= _RESTED and g.turns > _TURNS and g.low <= x <= g.high:
+        g.turns, g.anchor = _TURNS, x  # it does not swing any more
     returns = _is_outside(g) and abs(g.hold) < _HELD * g.effort_limit
     if g.quiet >= _QUIET and g.kept == 0 and not returns:
         g.released, g.anchor = 1, x
         return 0.0
-    error = g.resolution / g.period if np.isnan(g.seen[0, 1]) else g.velocity_resolution
-    noisy = g.gain * error / (_NOISE * g.effort_limit)
-    slower = min(max(1.0 + _SLOWER * max(g.turns - _TURNS, 0), noisy), _SLOWEST)
     gain = g.gain / slower
     u = -gain * (v - g.pace) + g.hold
     u -= gain / (4.0 * TIME_CONSTANT * slower * g.period) * (x - g.anchor)
     if g.pace != 0.0:
         u -= np.copysign(_mass(g) * g.slowing, g.pace)
     if abs(u) > _CLEARLY * g.effort_limit:
-        g.turns += 1 if u * g.brake < 0.0 else 0
+        if u * g.brake < 0.0:
+            g.turns += 1
+            g.hold *= _FORGETS if g.turns > _TURNS else 1.0
         g.brake = u
     if u * v < 0.0 and abs(u) >= _NEARLY * g.effort_limit and abs(v) > speed:
         g.against += 1
@@ -463,14 +478,15 @@ def _brake(g: Any) -> float:
 def _coast(g: Any) -> float:
     """Return the effort that takes the reckoned momentum out of an axis that is not seen.
 
-    It leaves time, as the mass may be wrong, and samples that come may show so.
+    It leaves time, as the mass may be wrong, and samples that come may show so; more of it if the
+    axis has swung before.
     """
     T = g.period
     unsure = g.mass[0] * (2.0 * g.velocity_resolution + 2.0 * g.resolution / T)
     if abs(g.momentum) <= unsure:
         return 0.0
     little = abs(g.momentum) <= _CLEARLY * g.effort_limit * T
-    return -g.momentum / (T if little else TIME_CONSTANT * T)
+    return -g.momentum / (T if little else TIME_CONSTANT * T * _slower(g))
 
 
 @compiled()
@@ -494,6 +510,7 @@ def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> fl
             u = -g.gain * g.v
     u = min(max(u, -g.effort_limit), g.effort_limit) if np.isfinite(u) else 0.0
     g.effort = u
+    g.impulse += u * g.period
     if g.fault == 0 and _stands(g):
         excess = max(abs(u) - _HELD * g.effort_limit, 0.0)
         # Friction takes out what a lower effort does not keep up
