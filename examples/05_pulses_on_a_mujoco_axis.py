@@ -72,9 +72,8 @@ class MuJoCoAxis:
     def measured(self, generator: np.random.Generator) -> SensorSample:
         """Return what the encoder shows; there is no velocity sensor."""
         noisy = self.position + NOISE * generator.standard_normal()
-        nothing = float("nan")
         return SensorSample(
-            float(self._data.time), ENCODER * round(noisy / ENCODER), nothing, nothing, nothing
+            time=float(self._data.time), measured_position=ENCODER * round(noisy / ENCODER)
         )
 
     def push(self, effort: float, duration: float) -> None:

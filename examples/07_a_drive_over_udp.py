@@ -100,7 +100,7 @@ class UdpAxis:
             if question == asked:  # and not a late answer to an earlier question
                 position = answer
                 break
-        return SensorSample(nan, position, nan, nan, nan)
+        return SensorSample(measured_position=position)
 
     def write(self, effort: float) -> None:
         """Send an effort, without waiting."""

@@ -7,7 +7,6 @@ The simulation goes on with the clock, whatever the loop does: a late sample is 
 
 import threading
 import time
-from math import nan
 from typing import Any, cast
 
 import mujoco as _mujoco
@@ -57,7 +56,7 @@ class MuJoCoAxis:
         with self._lock:
             self._advance()
             position, velocity = float(self._data.qpos[0]), float(self._data.qvel[0])
-        return SensorSample(nan, position, velocity, nan, nan)
+        return SensorSample(measured_position=position, measured_velocity=velocity)
 
     def write(self, effort: float) -> None:
         """Apply an effort from now on [N]."""

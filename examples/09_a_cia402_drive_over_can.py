@@ -148,7 +148,7 @@ class CanAxis:
         self._answered.clear()
         self._network.send_message(SYNC, b"")
         position = self._position if self._answered.wait(0.5 * T) else nan
-        return SensorSample(nan, position, nan, nan, nan)
+        return SensorSample(measured_position=position)
 
     def write(self, effort: float) -> None:
         """Send a torque [N m]."""

@@ -278,16 +278,15 @@ class GuardedController(PositionController[GuardedState]):
 
     Examples
     --------
-    >>> from math import nan
     >>> from stickslip.control import PIDController
     >>> pid = PIDController(sampling_time=0.01, target=0.1, position_gain=1e3, integral_gain=0.0,
     ...                     velocity_gain=0.0, effort_limit=50.0)
     >>> guarded = GuardedController(controller=pid, limits=Limits.for_task(
     ...     mass=2.0, effort_limit=10.0, sampling_time=0.01, places=(0.0, 0.1)))
-    >>> state, effort = guarded.step(guarded.init(), SensorSample(0.0, nan, nan, nan, nan))
+    >>> state, effort = guarded.step(guarded.init(), SensorSample(time=0.0))
     >>> effort
     0.0
-    >>> guarded.step(state, SensorSample(0.01, 0, nan, nan, nan))[1]
+    >>> guarded.step(state, SensorSample(time=0.01, measured_position=0))[1]
     10.0
     """
 
@@ -354,7 +353,7 @@ class GuardedController(PositionController[GuardedState]):
 
     def blind(self, state: GuardedState, time: float) -> tuple[GuardedState, float]:
         """Take a lost sample."""
-        return self.step(state, SensorSample(time, nan, nan, nan, nan))
+        return self.step(state, SensorSample(time=time))
 
     @property
     def channels(self) -> tuple[str, ...]:

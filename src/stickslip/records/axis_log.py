@@ -222,11 +222,11 @@ class AxisLog(Record):
 class SensorSample(NamedTuple):
     """Sensor values that a controller receives at a sample instant, in SI units; never the truth.
 
-    A channel without a sensor is NaN.
+    A channel without a sensor is NaN, as all are that are not given.
     """
 
-    time: float
-    measured_position: float
-    measured_velocity: float
-    measured_load_position: float
-    measured_load_velocity: float
+    time: float = np.nan
+    measured_position: float = np.nan
+    measured_velocity: float = np.nan
+    measured_load_position: float = np.nan
+    measured_load_velocity: float = np.nan

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import ceil, inf, isfinite, nan
+from math import ceil, inf, isfinite
 from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -336,7 +336,7 @@ class _Loop:
         if self.in_row > self.settings.max_lost:
             return LoopEnding.LOST
         for j in range(missed):
-            sample = SensorSample((k + j) * self.settings.sampling_time, nan, nan, nan, nan)
+            sample = SensorSample(time=(k + j) * self.settings.sampling_time)
             state, _ = self.controller.step(self.done.controller_state, sample)
             self.done.controller_state = state
         return None

@@ -240,7 +240,7 @@ class LandingController(ArmPlans):
     def blind(self, state: LandingState, time: float) -> tuple[LandingState, float]:
         """Take a sample at a time [s] of which nothing else is known; a series goes on."""
         if not state.renewed and state.feedback is None:
-            state = self._tracked(state, SensorSample(time, np.nan, np.nan, np.nan, np.nan))
+            state = self._tracked(state, SensorSample(time=time))
         return super().blind(state, time)
 
     def _tracked(self, state: LandingState, sample: SensorSample) -> LandingState:
