@@ -47,6 +47,7 @@ from stickslip.control.precise.learning import (
     unexplained,
     variance_of,
 )
+from stickslip.control.pulses.exact_state import COULOMB
 
 _PLANNED = 0.85  # of the limit: braking, so that the feedback can brake more
 _LAST = 8  # samples: the longest last part
@@ -70,7 +71,7 @@ _SLOW = 6  # samples from one change to the next: feedback can damp what is slow
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
-_FEWEST = 6.0  # samples of a move behind an unknown delay
+_FEWEST = 7.0  # samples of a move behind an unknown delay, times the deviation of log F
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _USED = 0.9  # of the limit: by the last part as it is planned first
@@ -114,7 +115,9 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     p.p_xx, p.p_xv, p.p_vv = p.noise * p.noise, 0.0, 0.0
     begin(p, values, covariance)
     m, F, _ = model(p)
-    p.power = p.most if p.known else min(p.most, _lasting(m, F, p.way, _FEWEST * p.period))
+    i = COULOMB + p.backward
+    fewest = max(_FEWEST * math.sqrt(covariance[i, i]), 1.0) * p.period
+    p.power = p.most if p.known else min(p.most, _lasting(m, F, p.way, fewest))
     p.shortest = shortest(m, min(F, 0.9 * p.power), p.power, p.way) / p.period
     p.longest = int(_LONGER * p.shortest) + _SLACK
 
