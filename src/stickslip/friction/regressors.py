@@ -19,17 +19,6 @@ class FrictionTerms:
     ``(coulomb_friction (1 - e(v)) + static_friction e(v)) d + viscous_friction * v``. Every
     parameter enters linearly.
 
-    Attributes
-    ----------
-    per_direction
-        Whether the frictions differ between the directions.
-    offset
-        Whether a constant offset force is sought. Together with two Coulomb values it could not be
-        separated from their difference.
-    stribeck
-        How the step from static to Coulomb friction fades with speed, if static friction is sought;
-        of several, each has a step of its own above Coulomb friction, named ``step_0`` and so on.
-
     Raises
     ------
     InputError
@@ -44,8 +33,12 @@ class FrictionTerms:
     ('viscous_friction', 'coulomb_friction', 'static_friction')
     """
 
-    per_direction: bool
+    per_direction: bool  #: Whether the frictions differ between the directions.
+    #: Whether a constant offset force is sought. Together with two Coulomb values it could not be
+    #: separated from their difference.
     offset: bool
+    #: How the step from static to Coulomb friction fades with speed, if static friction is sought;
+    #: of several, each has a step of its own above Coulomb friction, named ``step_0`` and so on.
     stribeck: tuple[StribeckEffect, ...] = ()
 
     def __post_init__(self) -> None:
