@@ -61,17 +61,10 @@ class _Stepping(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class _Problem:
-    """The surrogate arm of the report under its bang-bang input, as its sensors show it.
+    """The surrogate arm of the report under its bang-bang input, as its sensors show it."""
 
-    Attributes
-    ----------
-    log
-        n samples.
-    rows, targets
-        W(k) and y(k) of the report's balance with noise compensation, with or without B and S.
-    """
-
-    log: AxisLog
+    log: AxisLog  #: N samples.
+    #: W(k) and y(k) of the report's balance with noise compensation, with or without B and S.
     rows: Float[np.ndarray, "n p"]
     targets: Float[np.ndarray, " n"]
 
