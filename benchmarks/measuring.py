@@ -1,4 +1,7 @@
-"""Time things, and say in one table how they compare."""
+"""Time things, and say in one table how they compare.
+
+Comparisons show their progress in ``progress``, and take each measurement ``repetitions`` times.
+"""
 
 import gc
 import math

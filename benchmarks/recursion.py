@@ -258,15 +258,7 @@ def compare_recursion(progress: Progress, parameters: int, *, repetitions: int =
 
 
 def compare_samples(progress: Progress, *, repetitions: int = 20) -> Comparison:
-    """Take the samples of one noisy log by every estimator that works on line.
-
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    repetitions
-        Of each measurement.
-    """
+    """Take the samples of one noisy log by every estimator that works on line."""
     problem = _problem(2)
     n = problem.targets.size
     samples = problem.samples
@@ -312,15 +304,7 @@ def compare_samples(progress: Progress, *, repetitions: int = 20) -> Comparison:
 
 
 def compare_rest(progress: Progress, *, repetitions: int = 3) -> Comparison:
-    """Forget through a long rest, whose rows are zero, and move again.
-
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    repetitions
-        Of each measurement.
-    """
+    """Forget through a long rest, whose rows are zero, and move again."""
     truth = np.array([surrogate.COULOMB_FRICTION, surrogate.VISCOUS_FRICTION])
     generator = np.random.default_rng(2)
     moving = generator.uniform(-1.0, 1.0, size=(1000, 2))
