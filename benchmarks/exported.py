@@ -213,13 +213,7 @@ def _plant_in_python(plant: Any) -> tuple[Callable[[int, Any], float], int]:
 
 
 def compare(progress: Progress) -> list[Comparison]:
-    """Time the steps of exported C and of the compiled kernels, and compare what they need.
-
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    """
+    """Time the steps of exported C and of the compiled kernels, and compare what they need."""
     content = derived_content("axis", _PARAMETERS, sampling_time=_T).content
     assert content.controller is not None
     content = replace(content, controller=replace(content.controller, target=_TARGET))

@@ -96,13 +96,7 @@ def _beside(controller: Any) -> TrackedBeside:
 
 
 def compare(progress: Progress) -> list[Comparison]:
-    """Time each step of a move.
-
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    """
+    """Time each step of a move."""
     asked = [
         (AXIS_CONTROLLERS, "precise", _AXIS_LIMIT),
         (AXIS_CONTROLLERS, "profile", _AXIS_LIMIT),

@@ -1,4 +1,7 @@
-"""Time things, and say in one table how they compare."""
+"""Time things, and say in one table how they compare.
+
+Comparisons show their progress in ``progress``, and take each measurement ``repetitions`` times.
+"""
 
 import gc
 import math
@@ -37,28 +40,15 @@ def best_time(function: Callable[[], object], *, repetitions: int) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One way to do it.
+    """One way to do it."""
 
-    Attributes
-    ----------
-    name
-        What was run.
-    nanoseconds
-        Time an item.
-    error
-        Largest error, in the comparison's unit, or None if there is nothing to compare with; nan if
-        what came out is not finite.
-    ours
-        Whether it is this package.
-    size
-        Memory [B]; None where it does not matter.
-    """
-
-    name: str
-    nanoseconds: float
+    name: str  #: What was run.
+    nanoseconds: float  #: Time an item.
+    #: Largest error, in the comparison's unit, or None if there is nothing to compare with; nan if
+    #: what came out is not finite.
     error: float | None
-    ours: bool = False
-    size: int | None = None
+    ours: bool = False  #: Whether it is this package.
+    size: int | None = None  #: Memory [B]; None where it does not matter.
 
 
 class Rows:
@@ -107,22 +97,13 @@ class Rows:
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """A number to reach.
+    """A number to reach."""
 
-    Attributes
-    ----------
-    text
-        What is measured, with its unit.
-    measured, limit
-        In that unit.
-    at_least
-        Whether the limit is a lower one.
-    """
-
-    text: str
+    text: str  #: What is measured, with its unit.
+    #: In that unit.
     measured: float
     limit: float
-    at_least: bool = False
+    at_least: bool = False  #: Whether the limit is a lower one.
 
     @property
     def met(self) -> bool:
@@ -132,27 +113,13 @@ class Target:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """What one topic found.
+    """What one topic found."""
 
-    Attributes
-    ----------
-    title
-        What was done, in a sentence.
-    item
-        What the time is counted in, such as "sample".
-    error_name
-        What the error is, with its unit, or None if no row has one.
-    rows
-        The first is what the others are compared with.
-    targets
-        Numbers this package has set itself.
-    """
-
-    title: str
-    item: str
-    error_name: str | None
-    rows: tuple[Row, ...]
-    targets: tuple[Target, ...] = ()
+    title: str  #: What was done, in a sentence.
+    item: str  #: What the time is counted in, such as "sample".
+    error_name: str | None  #: What the error is, with its unit, or None if no row has one.
+    rows: tuple[Row, ...]  #: The first is what the others are compared with.
+    targets: tuple[Target, ...] = ()  #: Numbers this package has set itself.
 
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison as plain JSON types."""

@@ -97,13 +97,7 @@ def _planning_sample(controller: PulseController) -> tuple[Any, SensorSample]:
 
 
 def compare(progress: Progress) -> list[Comparison]:
-    """Time the steps of pulse controllers, and the law that they plan by.
-
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    """
+    """Time the steps of pulse controllers, and the law that they plan by."""
     controllers = _controllers()
     rows = Rows(progress, "pulse controllers", total=2 * len(controllers))
     for name, controller in controllers.items():

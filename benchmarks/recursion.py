@@ -61,17 +61,10 @@ class _Stepping(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class _Problem:
-    """The surrogate arm of the report under its bang-bang input, as its sensors show it.
+    """The surrogate arm of the report under its bang-bang input, as its sensors show it."""
 
-    Attributes
-    ----------
-    log
-        n samples.
-    rows, targets
-        W(k) and y(k) of the report's balance with noise compensation, with or without B and S.
-    """
-
-    log: AxisLog
+    log: AxisLog  #: N samples.
+    #: W(k) and y(k) of the report's balance with noise compensation, with or without B and S.
     rows: Float[np.ndarray, "n p"]
     targets: Float[np.ndarray, " n"]
 
@@ -265,15 +258,7 @@ def compare_recursion(progress: Progress, parameters: int, *, repetitions: int =
 
 
 def compare_samples(progress: Progress, *, repetitions: int = 20) -> Comparison:
-    """Take the samples of one noisy log by every estimator that works on line.
-
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    repetitions
-        Of each measurement.
-    """
+    """Take the samples of one noisy log by every estimator that works on line."""
     problem = _problem(2)
     n = problem.targets.size
     samples = problem.samples
@@ -319,15 +304,7 @@ def compare_samples(progress: Progress, *, repetitions: int = 20) -> Comparison:
 
 
 def compare_rest(progress: Progress, *, repetitions: int = 3) -> Comparison:
-    """Forget through a long rest, whose rows are zero, and move again.
-
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    repetitions
-        Of each measurement.
-    """
+    """Forget through a long rest, whose rows are zero, and move again."""
     truth = np.array([surrogate.COULOMB_FRICTION, surrogate.VISCOUS_FRICTION])
     generator = np.random.default_rng(2)
     moving = generator.uniform(-1.0, 1.0, size=(1000, 2))

@@ -18,34 +18,17 @@ _FOLDER = Path(__file__).parents[1] / "tests" / "references"
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceRun:
-    """A problem and what the reference found at some of its samples.
+    """A problem and what the reference found at some of its samples."""
 
-    Attributes
-    ----------
-    name
-        What the case is called.
-    plant
-        The plant with its friction.
-    sampling_time
-        [s].
-    initial_state
-        (x, v) or (x1, v1, x2, v2).
-    effort_runs
-        Pairs (effort [N], number of samples it is held).
-    samples, states
-        Indexes of the kept samples, shape (k,), and the states there, shape (k, 2 or 4).
-    touches
-        How often the velocity touched zero without crossing it.
-    """
-
-    name: str
-    plant: SingleMass | FlexibleArm
-    sampling_time: float
-    initial_state: tuple[float, ...]
-    effort_runs: tuple[tuple[float, int], ...]
+    name: str  #: What the case is called.
+    plant: SingleMass | FlexibleArm  #: The plant with its friction.
+    sampling_time: float  #: [s].
+    initial_state: tuple[float, ...]  #: (x, v) or (x1, v1, x2, v2).
+    effort_runs: tuple[tuple[float, int], ...]  #: Pairs (effort [N], number of samples it is held).
+    #: Indexes of the kept samples, shape (k,), and the states there, shape (k, 2 or 4).
     samples: Int[np.ndarray, " k"]
     states: Float[np.ndarray, "k s"]
-    touches: int
+    touches: int  #: How often the velocity touched zero without crossing it.
 
     @property
     def effort(self) -> Float[np.ndarray, " n"]:

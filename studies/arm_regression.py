@@ -28,19 +28,12 @@ Matrices = Float[np.ndarray, "n 3 3"]
 
 @dataclass(frozen=True, kw_only=True)
 class Chain:
-    """Places and axes of the joints of an arm, each in the frame of the joint before.
+    """Places and axes of the joints of an arm, each in the frame of the joint before."""
 
-    Attributes
-    ----------
-    rotations, places
-        Of the frame of each joint, shape (joints, 3, 3) and (joints, 3) [-, m].
-    axes
-        Shape (joints, 3).
-    """
-
+    #: Of the frame of each joint, shape (joints, 3, 3) and (joints, 3) [-, m].
     rotations: Float[np.ndarray, "joints 3 3"]
     places: Float[np.ndarray, "joints 3"]
-    axes: Float[np.ndarray, "joints 3"]
+    axes: Float[np.ndarray, "joints 3"]  #: Shape (joints, 3).
 
     @classmethod
     def of(cls, urdf: Path, names: Sequence[str]) -> "Chain":

@@ -44,40 +44,23 @@ _CASES = ("same", "different")
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """Result of one set of logs.
+    """Result of one set of logs."""
 
-    Attributes
-    ----------
-    status
-        Of the joint fit.
-    inside
-        Whether the true value of each of `COMMON` lies inside its interval; None without a value.
-    error
-        Of each over its standard deviation [-].
-    std_ratio
-        Standard deviation over that of the combined single fits, (sum of s^-2)^(-1/2) [-].
-    errors
-        Of the joint fit and of each single fit, over the true value [-], shape (3, 4).
-    delays_inside, delays
-        Number of delays whose interval holds the true value, and number of delays estimated [-].
-    p_value
-        Of the consistency test [-].
-    named
-        Log and parameter that the test names first; empty if it names none.
-    difference
-        That it names, relative [-]; 0 for none.
-    """
-
-    status: Status
+    status: Status  #: Of the joint fit.
+    #: Whether the true value of each of `COMMON` lies inside its interval; None without a value.
     inside: tuple[bool | None, ...]
+    #: Of each over its standard deviation [-].
     error: Float[np.ndarray, " 3"]
+    #: Standard deviation over that of the combined single fits, (sum of s^-2)^(-1/2) [-].
     std_ratio: Float[np.ndarray, " 3"]
+    #: Of the joint fit and of each single fit, over the true value [-], shape (3, 4).
     errors: Float[np.ndarray, "3 4"]
+    #: Number of delays whose interval holds the true value, and number of delays estimated [-].
     delays_inside: int
     delays: int
-    p_value: float
-    named: tuple[str, ...]
-    difference: float
+    p_value: float  #: Of the consistency test [-].
+    named: tuple[str, ...]  #: Log and parameter that the test names first; empty if it names none.
+    difference: float  #: That it names, relative [-]; 0 for none.
 
 
 def logs_of(seed: int, *, more_coulomb: float = 0.0) -> tuple[list[AxisLog], Setup, list[float]]:

@@ -73,22 +73,14 @@ Estimator = ExtendedKalmanFilter | EnergyEstimator
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """Result of one run.
+    """Result of one run."""
 
-    Attributes
-    ----------
-    inside
-        Whether each true value lies inside its interval, in the order of `PARAMETERS`.
-    error, half_width
-        Over the true value's size [-].
-    finite
-        Whether estimates were finite after every sample.
-    """
-
+    #: Whether each true value lies inside its interval, in the order of `PARAMETERS`.
     inside: Bool[np.ndarray, " 3"]
+    #: Over the true value's size [-].
     error: Float[np.ndarray, " 3"]
     half_width: Float[np.ndarray, " 3"]
-    finite: bool
+    finite: bool  #: Whether estimates were finite after every sample.
 
 
 def estimator_for(name: str, recorded: Recorded, *, delay: float = 0.0) -> Estimator:

@@ -44,23 +44,14 @@ _HIGHEST_CORRELATION = 0.999
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """One log.
+    """One log."""
 
-    Attributes
-    ----------
-    error, half_interval, bound
-        Of each parameter [SI], shape (4,); not a number where it was not estimated.
-    status
-        Of the estimate.
-    seconds
-        Processor time of the fit [s].
-    """
-
+    #: Of each parameter [SI], shape (4,); not a number where it was not estimated.
     error: Float[np.ndarray, " 4"]
     half_interval: Float[np.ndarray, " 4"]
     bound: Float[np.ndarray, " 4"]
-    status: str
-    seconds: float
+    status: str  #: Of the estimate.
+    seconds: float  #: Processor time of the fit [s].
 
 
 def noise_of(recorded: Recorded) -> NoiseLevels:

@@ -16,26 +16,15 @@ __all__ = ["PulseRun", "run_pulses"]
 
 
 class PulseRun(NamedTuple):
-    """A finished run of a pulse controller.
+    """A finished run of a pulse controller."""
 
-    Attributes
-    ----------
-    run
-        Truth, log, and the controller's state after the last sample.
-    pulses
-        Every pulse of known outcome, in order.
-    outcome
-        How far positioning has come at the end.
-    estimate_times
-        At the first sample, and whenever the outcome of a pulse became known, shape (k,) [s].
-    estimates
-        By name, at these times and from each on until the next, shape (k,) each [SI].
-    """
-
+    #: Truth, log, and the controller's state after the last sample.
     run: ClosedLoopRun[Float[np.ndarray, " s"]]
-    pulses: tuple[PulseRecord, ...]
-    outcome: PositioningOutcome
+    pulses: tuple[PulseRecord, ...]  #: Every pulse of known outcome, in order.
+    outcome: PositioningOutcome  #: How far positioning has come at the end.
+    #: At the first sample, and whenever the outcome of a pulse became known, shape (k,) [s].
     estimate_times: Float[np.ndarray, " k"]
+    #: By name, at these times and from each on until the next, shape (k,) each [SI].
     estimates: Mapping[str, Float[np.ndarray, " k"]]
 
 

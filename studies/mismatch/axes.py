@@ -40,24 +40,12 @@ Kind = Literal["linear", "rotary"]
 
 @dataclass(frozen=True, kw_only=True)
 class Stroke:
-    """One move at constant speed between two ramps.
+    """One move at constant speed between two ramps."""
 
-    Attributes
-    ----------
-    start
-        Time at which it starts [s].
-    duration
-        From start to end, ramps included [s].
-    ramp
-        Duration of each ramp; the speed follows a raised cosine [s].
-    velocity
-        Signed speed between the ramps [m/s or rad/s].
-    """
-
-    start: float
-    duration: float
-    ramp: float
-    velocity: float
+    start: float  #: Time at which it starts [s].
+    duration: float  #: From start to end, ramps included [s].
+    ramp: float  #: Duration of each ramp; the speed follows a raised cosine [s].
+    velocity: float  #: Signed speed between the ramps [m/s or rad/s].
 
     @property
     def distance(self) -> float:
@@ -67,146 +55,71 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """An axis, its motion and its controller before a simulation; ratios unless a unit is given.
+    """An axis, its motion and its controller before a simulation; ratios unless a unit is given."""
 
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``.
-    seed
-        Number of the recording; alternatives of a case alternate with it.
-    mass
-        All moving mass [kg or kg m^2].
-    top_speed
-        Highest speed [m/s or rad/s].
-    speeds
-        Speeds of the moves over the top speed.
-    pattern
-        ``"profile"``: moves forth and back; ``"sine"``; ``"steps"`` of the reference;
-        ``"one_direction"``: moves in the positive direction only.
-    duration
-        Length of the log [s].
-    move_time, ramp_time
-        Duration of a move and of each of its ramps [s].
-    rests
-        Rests after the moves [s].
-    sine_frequency
-        Of the pattern ``"sine"`` [Hz].
-    start
-        First position over the travel.
-    use
-        Largest effort that the motion needs over the drive's limit.
-    coulomb
-        Coulomb friction over the limit, mean of both directions.
-    viscous, quadratic, two_thirds
-        Viscous friction of each kind at top speed over Coulomb friction.
-    offset
-        Constant effort over Coulomb friction.
-    coulomb_skew, viscous_skew
-        Half of the difference of the directions over their mean.
-    static, dwell
-        Static over Coulomb friction: always, and in addition after a long rest.
-    stribeck
-        Stribeck velocity over the top speed.
-    dwell_time
-        Rest after which half of the growth is reached [s].
-    presliding
-        Presliding deflection [m or rad]; 0 for none.
-    presliding_damping
-        Damping ratio on the bristles.
-    friction_drift, gain_drift
-        Change from the first to the last sample over the mean.
-    spring
-        Spring force over the travel, over Coulomb friction.
-    gravity
-        Largest torque of a swinging load over Coulomb friction.
-    gravity_angle
-        Angle at which that load has its largest torque [rad].
-    ripple, ripple_waves, ripple_phase
-        Amplitude over Coulomb friction; periods in the travel; phase [rad].
-    actuation_delay
-        Time after which an effort acts [s].
-    logging_delay
-        Time after which an effort is logged [s].
-    load_share
-        Part of the mass that is the second body; 0 for a rigid axis.
-    resonance
-        Frequency at which the two bodies oscillate against each other [Hz].
-    resonance_damping
-        Damping ratio of that oscillation.
-    backlash
-        Play between the bodies over the travel.
-    load_friction
-        Part of the friction that acts on the second body.
-    encoder_step
-        Resolution [m or rad].
-    bandwidth
-        Natural frequency of the position loop [Hz].
-    acceleration_feedforward, velocity_feedforward
-        Over the exact value.
-    white_disturbance
-        Standard deviation of a white disturbance over the limit.
-    correlated_disturbance, correlation
-        Standard deviation of an AR(1) disturbance over Coulomb friction, and its coefficient per
-        cycle.
-    jitter
-        Standard deviation of the controller's period over the nominal one.
-    noise
-        Standard deviation of the logged effort's noise over the limit.
-    known_mass
-        Mass given to ``identify`` over the true one; None gives none.
-    """
-
-    kind: Kind
-    seed: int
-    mass: float
-    top_speed: float
-    speeds: tuple[float, ...]
+    kind: Kind  #: ``"linear"`` or ``"rotary"``.
+    seed: int  #: Number of the recording; alternatives of a case alternate with it.
+    mass: float  #: All moving mass [kg or kg m^2].
+    top_speed: float  #: Highest speed [m/s or rad/s].
+    speeds: tuple[float, ...]  #: Speeds of the moves over the top speed.
+    #: ``"profile"``: moves forth and back; ``"sine"``; ``"steps"`` of the reference;
+    #: ``"one_direction"``: moves in the positive direction only.
     pattern: Literal["profile", "sine", "steps", "one_direction"] = "profile"
-    duration: float
+    duration: float  #: Length of the log [s].
+    #: Duration of a move and of each of its ramps [s].
     move_time: float
     ramp_time: float
-    rests: tuple[float, ...]
-    sine_frequency: float = 0.5
-    start: float = 0.0
-    use: float
-    coulomb: float
+    rests: tuple[float, ...]  #: Rests after the moves [s].
+    sine_frequency: float = 0.5  #: Of the pattern ``"sine"`` [Hz].
+    start: float = 0.0  #: First position over the travel.
+    use: float  #: Largest effort that the motion needs over the drive's limit.
+    coulomb: float  #: Coulomb friction over the limit, mean of both directions.
+    #: Viscous friction of each kind at top speed over Coulomb friction.
     viscous: float
     quadratic: float = 0.0
     two_thirds: float = 0.0
-    offset: float
+    offset: float  #: Constant effort over Coulomb friction.
+    #: Half of the difference of the directions over their mean.
     coulomb_skew: float = 0.0
     viscous_skew: float = 0.0
+    #: Static over Coulomb friction: always, and in addition after a long rest.
     static: float = 1.0
     dwell: float = 1.0
-    stribeck: float = 0.05
-    dwell_time: float = 0.3
-    presliding: float = 0.0
-    presliding_damping: float = 0.3
+    stribeck: float = 0.05  #: Stribeck velocity over the top speed.
+    dwell_time: float = 0.3  #: Rest after which half of the growth is reached [s].
+    presliding: float = 0.0  #: Presliding deflection [m or rad]; 0 for none.
+    presliding_damping: float = 0.3  #: Damping ratio on the bristles.
+    #: Change from the first to the last sample over the mean.
     friction_drift: float = 0.0
     gain_drift: float = 0.0
-    spring: float = 0.0
-    gravity: float = 0.0
-    gravity_angle: float = 0.0
+    spring: float = 0.0  #: Spring force over the travel, over Coulomb friction.
+    gravity: float = 0.0  #: Largest torque of a swinging load over Coulomb friction.
+    gravity_angle: float = 0.0  #: Angle at which that load has its largest torque [rad].
+    #: Amplitude over Coulomb friction; periods in the travel; phase [rad].
     ripple: float = 0.0
     ripple_waves: float = 10.0
     ripple_phase: float = 0.0
-    actuation_delay: float = 0.0
-    logging_delay: float = 0.0
-    load_share: float = 0.0
+    actuation_delay: float = 0.0  #: Time after which an effort acts [s].
+    logging_delay: float = 0.0  #: Time after which an effort is logged [s].
+    load_share: float = 0.0  #: Part of the mass that is the second body; 0 for a rigid axis.
+    #: Frequency at which the two bodies oscillate against each other [Hz].
     resonance: float = 100.0
-    resonance_damping: float = 0.05
-    backlash: float = 0.0
-    load_friction: float = 0.0
-    encoder_step: float
-    bandwidth: float
+    resonance_damping: float = 0.05  #: Damping ratio of that oscillation.
+    backlash: float = 0.0  #: Play between the bodies over the travel.
+    load_friction: float = 0.0  #: Part of the friction that acts on the second body.
+    encoder_step: float  #: Resolution [m or rad].
+    bandwidth: float  #: Natural frequency of the position loop [Hz].
+    #: Over the exact value.
     acceleration_feedforward: float
     velocity_feedforward: float
-    white_disturbance: float = 0.0
+    white_disturbance: float = 0.0  #: Standard deviation of a white disturbance over the limit.
+    #: Standard deviation of an AR(1) disturbance over Coulomb friction, and its coefficient per
+    #: cycle.
     correlated_disturbance: float = 0.0
     correlation: float = 0.0
-    jitter: float = 0.0
-    noise: float
+    jitter: float = 0.0  #: Standard deviation of the controller's period over the nominal one.
+    noise: float  #: Standard deviation of the logged effort's noise over the limit.
+    #: Mass given to ``identify`` over the true one; None gives none.
     known_mass: float | None = None
 
     @property
@@ -443,20 +356,13 @@ def friction_curve(setup: Setup, velocity: Float[np.ndarray, " n"]) -> Float[np.
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """References at the instants of the controller, shape (n,) each.
+    """References at the instants of the controller, shape (n,) each."""
 
-    Attributes
-    ----------
-    position, velocity, acceleration
-        References [m, m/s, m/s^2 or rad, rad/s, rad/s^2].
-    moving
-        Whether the integral action is on.
-    """
-
+    #: References [m, m/s, m/s^2 or rad, rad/s, rad/s^2].
     position: Float[np.ndarray, " n"]
     velocity: Float[np.ndarray, " n"]
     acceleration: Float[np.ndarray, " n"]
-    moving: Bool[np.ndarray, " n"]
+    moving: Bool[np.ndarray, " n"]  #: Whether the integral action is on.
 
 
 def moves(setup: Setup) -> list[Stroke]:

@@ -33,67 +33,37 @@ Group = Literal["ideal", "noise", "in_class", "unmodelled"]
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A family of recordings that share their effects.
+    """A family of recordings that share their effects."""
 
-    Attributes
-    ----------
-    name
-        Unique name; part of the seed.
-    group
-        ``"ideal"`` and ``"noise"``: Coulomb and viscous friction and an offset; ``"in_class"``:
-        the truth lies within the candidate models; ``"unmodelled"``: anything else.
-    description
-        One line for tables.
-    effects
-        Names of effects, in the order in which they act.
-    kinds
-        Kinds of axes, in turn over the seeds.
-    """
-
-    name: str
+    name: str  #: Unique name; part of the seed.
+    #: ``"ideal"`` and ``"noise"``: Coulomb and viscous friction and an offset; ``"in_class"``: the
+    #: truth lies within the candidate models; ``"unmodelled"``: anything else.
     group: Group
-    description: str
-    effects: tuple[str, ...] = ()
-    kinds: tuple[Kind, ...] = ("linear", "rotary")
+    description: str  #: One line for tables.
+    effects: tuple[str, ...] = ()  #: Names of effects, in the order in which they act.
+    kinds: tuple[Kind, ...] = ("linear", "rotary")  #: Kinds of axes, in turn over the seeds.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recorded:
-    """A log and the truth behind it.
+    """A log and the truth behind it."""
 
-    Attributes
-    ----------
-    log
-        The log.
-    truth
-        True parameters by the names that estimates use [SI] (`axes.true_values`).
-    scales
-        Scale of the error of each of them [SI] (`axes.scales`).
-    delay
-        Time by which the effort acts later than it is logged [samples]; negative for a delay of the
-        log.
-    curve
-        True effort at constant velocity [N or N m] over velocity [m/s or rad/s], with the offset,
-        without position-dependent loads.
-    settings
-        Keyword arguments for ``identify``.
-    speed_range
-        Lowest and highest speed of the moves [m/s or rad/s].
-    velocities
-        Twenty velocities over the driven ranges of the directions driven, shape (20,) [m/s or
-        rad/s].
-    setup, run
-        The simulated axis and its true signals.
-    """
-
-    log: AxisLog
+    log: AxisLog  #: The log.
+    #: True parameters by the names that estimates use [SI] (`axes.true_values`).
     truth: dict[str, float]
-    scales: dict[str, float]
+    scales: dict[str, float]  #: Scale of the error of each of them [SI] (`axes.scales`).
+    #: Time by which the effort acts later than it is logged [samples]; negative for a delay of the
+    #: log.
     delay: float
+    #: True effort at constant velocity [N or N m] over velocity [m/s or rad/s], with the offset,
+    #: without position-dependent loads.
     curve: Callable[[Float[np.ndarray, " n"]], Float[np.ndarray, " n"]]
-    settings: dict[str, Any]
-    speed_range: tuple[float, float]
+    settings: dict[str, Any]  #: Keyword arguments for ``identify``.
+    speed_range: tuple[float, float]  #: Lowest and highest speed of the moves [m/s or rad/s].
+    #: Twenty velocities over the driven ranges of the directions driven, shape (20,) [m/s or
+    #: rad/s].
     velocities: Float[np.ndarray, " 20"]
+    #: The simulated axis and its true signals.
     setup: Setup
     run: Run
 

@@ -22,30 +22,14 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """The columns of a log while it is recorded, shape (n,) each, and the run behind them.
+    """The columns of a log while it is recorded, shape (n,) each, and the run behind them."""
 
-    Attributes
-    ----------
-    time
-        Time stamps [s].
-    effort
-        Logged effort [N or N m].
-    position
-        Measured position [m or rad].
-    velocity
-        Measured velocity [m/s or rad/s], or None.
-    run
-        True signals at all instants.
-    limit
-        Of the drive [N or N m].
-    """
-
-    time: Float[np.ndarray, " n"]
-    effort: Float[np.ndarray, " n"]
-    position: Float[np.ndarray, " n"]
-    velocity: Float[np.ndarray, " n"] | None = None
-    run: Run
-    limit: float
+    time: Float[np.ndarray, " n"]  #: Time stamps [s].
+    effort: Float[np.ndarray, " n"]  #: Logged effort [N or N m].
+    position: Float[np.ndarray, " n"]  #: Measured position [m or rad].
+    velocity: Float[np.ndarray, " n"] | None = None  #: Measured velocity [m/s or rad/s], or None.
+    run: Run  #: True signals at all instants.
+    limit: float  #: Of the drive [N or N m].
 
     def rows(self, kept: Any) -> "Columns":
         """Return the rows with these indices."""
@@ -65,18 +49,10 @@ Distortion = Callable[[Columns, Setup, Rng], Columns]
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """One deviation from the ideal.
+    """One deviation from the ideal."""
 
-    Attributes
-    ----------
-    change
-        Changes the setup, or None.
-    distort
-        Distorts the columns, or None.
-    """
-
-    change: Change | None = None
-    distort: Distortion | None = None
+    change: Change | None = None  #: Changes the setup, or None.
+    distort: Distortion | None = None  #: Distorts the columns, or None.
 
 
 def _setting(**values: Any) -> Effect:

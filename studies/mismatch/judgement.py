@@ -33,23 +33,14 @@ _SIDES = ("_positive", "_negative")
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """One parameter of one estimate.
+    """One parameter of one estimate."""
 
-    Attributes
-    ----------
-    value, low, high
-        Estimate and 95 % interval [SI].
-    truth
-        True value [SI].
-    error
-        Estimate minus truth, over the scale of its error [-].
-    """
-
+    #: Estimate and 95 % interval [SI].
     value: float
     low: float
     high: float
-    truth: float
-    error: float
+    truth: float  #: True value [SI].
+    error: float  #: Estimate minus truth, over the scale of its error [-].
 
     @property
     def covered(self) -> bool:

@@ -31,138 +31,77 @@ _TINY = 1e-12
 
 
 class Plant(NamedTuple):
-    """Physics of an axis; SI units, of a linear axis (rotary: kg m^2, N m, rad).
+    """Physics of an axis; SI units, of a linear axis (rotary: kg m^2, N m, rad)."""
 
-    Attributes
-    ----------
-    mass
-        Mass of the first body [kg].
-    coulomb_positive, coulomb_negative
-        Coulomb friction of each direction [N].
-    viscous_positive, viscous_negative
-        Viscous friction of each direction [N s/m].
-    quadratic
-        Coefficient of v |v| [N s^2/m^2].
-    two_thirds
-        Coefficient of |v|^(2/3) sign(v) [N (s/m)^(2/3)].
-    static_ratio
-        Static over Coulomb friction [-]; 1 has no Stribeck effect.
-    stribeck_velocity
-        v_s of the excess (F_s - F_c) exp(-(v/v_s)^2) [m/s].
-    dwell_ratio
-        Largest static over Coulomb friction after a long rest [-]; 1 has no dependence on it.
-    dwell_time
-        Rest after which half of that excess is reached [s].
-    presliding
-        Deflection F_c / sigma_0 of the LuGre law [m]; 0 takes the discontinuous law.
-    presliding_damping
-        Damping ratio of the mass on the bristles [-], sigma_1 = 2 zeta sqrt(sigma_0 m).
-    friction_drift
-        Change of all friction from first to last sample, relative to the mean [-].
-    offset
-        Constant part of the effort [N].
-    spring
-        Stiffness of a spring with its rest position at 0 [N/m].
-    gravity_sine, gravity_cosine
-        Coefficients of sin(x) and cos(x) [N].
-    ripple, ripple_period, ripple_phase
-        Amplitude [N], period [m] and phase [rad] of a periodic force over position.
-    gain_drift
-        Change of the torque constant from first to last sample, relative to the mean [-].
-    actuation_delay
-        Time after which an effort acts [s]; rounded to fine steps.
-    actuation_lag
-        Time constant of the drive's first-order lag after that [s]; 0 has none.
-    limit
-        Largest effort of the drive [N].
-    load_mass
-        Mass of the second body [kg]; 0 has one body.
-    coupling_stiffness, coupling_damping
-        Of the spring between the bodies [N/m, N s/m].
-    backlash
-        Play of that spring [m].
-    load_friction
-        Share of the Coulomb and viscous friction that acts on the second body [-].
-    encoder_step
-        Resolution of the encoder, which is on the first body [m]; 0 is exact.
-    """
-
-    mass: float
+    mass: float  #: Mass of the first body [kg].
+    #: Coulomb friction of each direction [N].
     coulomb_positive: float = 0.0
     coulomb_negative: float = 0.0
+    #: Viscous friction of each direction [N s/m].
     viscous_positive: float = 0.0
     viscous_negative: float = 0.0
-    quadratic: float = 0.0
-    two_thirds: float = 0.0
-    static_ratio: float = 1.0
-    stribeck_velocity: float = 1.0
+    quadratic: float = 0.0  #: Coefficient of v |v| [N s^2/m^2].
+    two_thirds: float = 0.0  #: Coefficient of |v|^(2/3) sign(v) [N (s/m)^(2/3)].
+    static_ratio: float = 1.0  #: Static over Coulomb friction [-]; 1 has no Stribeck effect.
+    stribeck_velocity: float = 1.0  #: V_s of the excess (F_s - F_c) exp(-(v/v_s)^2) [m/s].
+    #: Largest static over Coulomb friction after a long rest [-]; 1 has no dependence on it.
     dwell_ratio: float = 1.0
-    dwell_time: float = 1.0
+    dwell_time: float = 1.0  #: Rest after which half of that excess is reached [s].
+    #: Deflection F_c / sigma_0 of the LuGre law [m]; 0 takes the discontinuous law.
     presliding: float = 0.0
+    #: Damping ratio of the mass on the bristles [-], sigma_1 = 2 zeta sqrt(sigma_0 m).
     presliding_damping: float = 0.0
+    #: Change of all friction from first to last sample, relative to the mean [-].
     friction_drift: float = 0.0
-    offset: float = 0.0
-    spring: float = 0.0
+    offset: float = 0.0  #: Constant part of the effort [N].
+    spring: float = 0.0  #: Stiffness of a spring with its rest position at 0 [N/m].
+    #: Coefficients of sin(x) and cos(x) [N].
     gravity_sine: float = 0.0
     gravity_cosine: float = 0.0
+    #: Amplitude [N], period [m] and phase [rad] of a periodic force over position.
     ripple: float = 0.0
     ripple_period: float = 1.0
     ripple_phase: float = 0.0
+    #: Change of the torque constant from first to last sample, relative to the mean [-].
     gain_drift: float = 0.0
-    actuation_delay: float = 0.0
+    actuation_delay: float = 0.0  #: Time after which an effort acts [s]; rounded to fine steps.
+    #: Time constant of the drive's first-order lag after that [s]; 0 has none.
     actuation_lag: float = 0.0
-    limit: float = np.inf
-    load_mass: float = 0.0
+    limit: float = np.inf  #: Largest effort of the drive [N].
+    load_mass: float = 0.0  #: Mass of the second body [kg]; 0 has one body.
+    #: Of the spring between the bodies [N/m, N s/m].
     coupling_stiffness: float = 0.0
     coupling_damping: float = 0.0
-    backlash: float = 0.0
+    backlash: float = 0.0  #: Play of that spring [m].
+    #: Share of the Coulomb and viscous friction that acts on the second body [-].
     load_friction: float = 0.0
+    #: Resolution of the encoder, which is on the first body [m]; 0 is exact.
     encoder_step: float = 0.0
 
 
 class Controller(NamedTuple):
-    """A PID position controller with a filtered derivative; all zero is an open loop.
+    """A PID position controller with a filtered derivative; all zero is an open loop."""
 
-    Attributes
-    ----------
-    proportional, integral, derivative
-        Gains [N/m, N/(m s), N s/m].
-    derivative_cutoff
-        Corner of the low-pass of the measured velocity [Hz].
-    """
-
+    #: Gains [N/m, N/(m s), N s/m].
     proportional: float = 0.0
     integral: float = 0.0
     derivative: float = 0.0
-    derivative_cutoff: float = 200.0
+    derivative_cutoff: float = 200.0  #: Corner of the low-pass of the measured velocity [Hz].
 
 
 class Run(NamedTuple):
-    """Signals at the instants of the controller; shape (n,) each.
+    """Signals at the instants of the controller; shape (n,) each."""
 
-    Attributes
-    ----------
-    time
-        Instants [s].
-    position, velocity
-        True motion of the first body [m, m/s].
-    load_position, load_velocity
-        True motion of the second body [m, m/s]; zero without one.
-    reading
-        Position as the encoder reads it [m].
-    command
-        Effort that the controller commands [N].
-    effort
-        The same within the drive's limit [N]; held until the next instant.
-    """
-
-    time: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  #: Instants [s].
+    #: True motion of the first body [m, m/s].
     position: Float[np.ndarray, " n"]
     velocity: Float[np.ndarray, " n"]
+    #: True motion of the second body [m, m/s]; zero without one.
     load_position: Float[np.ndarray, " n"]
     load_velocity: Float[np.ndarray, " n"]
-    reading: Float[np.ndarray, " n"]
-    command: Float[np.ndarray, " n"]
+    reading: Float[np.ndarray, " n"]  #: Position as the encoder reads it [m].
+    command: Float[np.ndarray, " n"]  #: Effort that the controller commands [N].
+    #: The same within the drive's limit [N]; held until the next instant.
     effort: Float[np.ndarray, " n"]
 
 

@@ -35,27 +35,14 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """Cases and options of a study.
+    """Cases and options of a study."""
 
-    Attributes
-    ----------
-    cases
-        Names of cases.
-    runs
-        Recordings a case [-]; their seeds are ``first_seed``, ``first_seed + 1``, ...
-    first_seed
-        Seed of the first recording [-].
-    processes
-        Number of processes [-]; 1 runs in this one.
-    options
-        Keyword arguments for ``identify`` in every run.
-    """
-
-    cases: tuple[str, ...] = tuple(CASES)
+    cases: tuple[str, ...] = tuple(CASES)  #: Names of cases.
+    #: Recordings a case [-]; their seeds are ``first_seed``, ``first_seed + 1``, ...
     runs: int = 100
-    first_seed: int = 0
-    processes: int = 2
-    options: Mapping[str, Any]
+    first_seed: int = 0  #: Seed of the first recording [-].
+    processes: int = 2  #: Number of processes [-]; 1 runs in this one.
+    options: Mapping[str, Any]  #: Keyword arguments for ``identify`` in every run.
 
     @property
     def tasks(self) -> list[tuple[str, int]]:

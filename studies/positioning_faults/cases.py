@@ -12,22 +12,14 @@ __all__ = ["ARM_CASES", "AXIS_CASES", "Case", "Channels"]
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Noise of the sensors of an arm, which the controller knows.
+    """Noise of the sensors of an arm, which the controller knows."""
 
-    Attributes
-    ----------
-    position, velocity
-        Standard deviations [m, m/s].
-    step
-        Of the encoders of both positions; 0 for none [m].
-    differentiated
-        Whether the velocities are differences of encoder positions over a sample; the controller
-        takes ``velocity`` for their noise.
-    """
-
+    #: Standard deviations [m, m/s].
     position: float = 0.0
     velocity: float = 0.0
-    step: float = 0.0
+    step: float = 0.0  #: Of the encoders of both positions; 0 for none [m].
+    #: Whether the velocities are differences of encoder positions over a sample; the controller
+    #: takes ``velocity`` for their noise.
     differentiated: bool = False
 
     @classmethod
@@ -38,47 +30,21 @@ class Noise:
 
 @dataclass(frozen=True, kw_only=True)
 class Channels:
-    """Faults between controller and plant.
+    """Faults between controller and plant."""
 
-    Attributes
-    ----------
-    delay
-        Of all sensors, whole samples [-].
-    lost
-        Probability that a sample has no channel but its time [-].
-    glitches
-        Probability that a position is off by the length of a move [-].
-    frozen_from
-        Time from which all channels keep their values [s].
-    missing_load
-        Whether the second body has no sensors.
-    gain
-        True effort over the commanded one [-].
-    effort_noise
-        Standard deviation of the effort's gain from sample to sample [-].
-    effort_step
-        Resolution of the effort over its limit [-]; 0 is exact.
-    clip
-        True effort limit over the limit of the controller [-].
-    push
-        Force against the axis over the effort limit, for 50 ms at half of the time [-].
-    velocity
-        Whether the velocities of an arm are measured.
-    noise
-        Of the sensors of an arm, given the sampling time [s]; None for exact sensors.
-    """
-
-    delay: int = 0
-    lost: float = 0.0
-    glitches: float = 0.0
-    frozen_from: float = np.inf
-    missing_load: bool = False
-    gain: float = 1.0
-    effort_noise: float = 0.0
-    effort_step: float = 0.0
-    clip: float = 1.0
+    delay: int = 0  #: Of all sensors, whole samples [-].
+    lost: float = 0.0  #: Probability that a sample has no channel but its time [-].
+    glitches: float = 0.0  #: Probability that a position is off by the length of a move [-].
+    frozen_from: float = np.inf  #: Time from which all channels keep their values [s].
+    missing_load: bool = False  #: Whether the second body has no sensors.
+    gain: float = 1.0  #: True effort over the commanded one [-].
+    effort_noise: float = 0.0  #: Standard deviation of the effort's gain from sample to sample [-].
+    effort_step: float = 0.0  #: Resolution of the effort over its limit [-]; 0 is exact.
+    clip: float = 1.0  #: True effort limit over the limit of the controller [-].
+    #: Force against the axis over the effort limit, for 50 ms at half of the time [-].
     push: float = 0.0
-    velocity: bool = True
+    velocity: bool = True  #: Whether the velocities of an arm are measured.
+    #: Of the sensors of an arm, given the sampling time [s]; None for exact sensors.
     noise: Callable[[float], Noise] | None = None
 
 

@@ -85,44 +85,23 @@ class Axis:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """The outcome of the moves of one axis; lengths over that of the move.
+    """The outcome of the moves of one axis; lengths over that of the move."""
 
-    Attributes
-    ----------
-    errors
-        Distance from the target at the end of each move, of an arm that of the mass farther away,
-        its swing included.
-    settling
-        Time until the error stays within the tolerance, of each move [s]; NaN if it does not.
-    over_shortest
-        Settling time over the shortest of an arm without faults, by its planner; NaN likewise, and
-        for a single mass.
-    left
-        Whether the driven mass has left the travel that the guard allows.
-    farthest
-        Largest distance of the driven mass beyond the path at any time.
-    false
-        Moves whose outcome was ``reached`` outside twice the tolerance.
-    peak
-        Largest magnitude of the effort over its limit; infinite if one was not finite.
-    raised
-        Error that ended the run, or empty.
-    worst_step
-        Longest time of a step [s].
-    why
-        Reasons of the controller, of each move.
-    """
-
+    #: Distance from the target at the end of each move, of an arm that of the mass farther away,
+    #: its swing included.
     errors: tuple[float, ...]
+    #: Time until the error stays within the tolerance, of each move [s]; NaN if it does not.
     settling: tuple[float, ...]
+    #: Settling time over the shortest of an arm without faults, by its planner; NaN likewise, and
+    #: for a single mass.
     over_shortest: tuple[float, ...]
-    left: bool
-    farthest: float
-    false: int
-    peak: float
-    raised: str
-    worst_step: float
-    why: tuple[str, ...]
+    left: bool  #: Whether the driven mass has left the travel that the guard allows.
+    farthest: float  #: Largest distance of the driven mass beyond the path at any time.
+    false: int  #: Moves whose outcome was ``reached`` outside twice the tolerance.
+    peak: float  #: Largest magnitude of the effort over its limit; infinite if one was not finite.
+    raised: str  #: Error that ended the run, or empty.
+    worst_step: float  #: Longest time of a step [s].
+    why: tuple[str, ...]  #: Reasons of the controller, of each move.
 
 
 def axes(count: int, seed: int, *, method: str, sampling_time: float, ratio: float) -> list[Axis]:

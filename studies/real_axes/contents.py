@@ -43,27 +43,16 @@ _FEWEST_PERIODS = 1.5  # of a ripple along the travel [-]
 
 @dataclass(frozen=True, kw_only=True)
 class Contents:
-    """Cross-validated effect of each term.
+    """Cross-validated effect of each term."""
 
-    Attributes
-    ----------
-    plain_error
-        Relative error of the effort on rows left out, with the plain terms and without delay [-].
-    effects
-        The same with one candidate added, by its name [-].
-    path
-        Candidates that were added one after the other while each lowered the error by more than
-        2 % of itself, and the error after each [-].
-    delay
-        Delay of the effort that suits the plain terms best [s].
-    ripple_period
-        Period over the position at which the plain residual is largest [m or rad].
-    """
-
+    #: Relative error of the effort on rows left out, with the plain terms and without delay [-].
     plain_error: float
-    effects: Mapping[str, float]
+    effects: Mapping[str, float]  #: The same with one candidate added, by its name [-].
+    #: Candidates that were added one after the other while each lowered the error by more than 2 %
+    #: of itself, and the error after each [-].
     path: tuple[tuple[str, float], ...]
-    delay: float
+    delay: float  #: Delay of the effort that suits the plain terms best [s].
+    #: Period over the position at which the plain residual is largest [m or rad].
     ripple_period: float
 
 

@@ -27,67 +27,33 @@ Array = Float[np.ndarray, " n"]
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceValue:
-    """A value that an estimate is compared with.
+    """A value that an estimate is compared with."""
 
-    Attributes
-    ----------
-    value
-        Published, or from a least-squares fit [unit of the parameter].
-    tolerance
-        Largest error of the reference itself [same unit].
-    source
-        Where it comes from.
-    """
-
-    value: float
-    tolerance: float
-    source: str
+    value: float  #: Published, or from a least-squares fit [unit of the parameter].
+    tolerance: float  #: Largest error of the reference itself [same unit].
+    source: str  #: Where it comes from.
 
 
 @dataclass(frozen=True, kw_only=True)
 class RealLog:
-    """A public log with its reference values and properties.
+    """A public log with its reference values and properties."""
 
-    Attributes
-    ----------
-    name
-        Unique name.
-    machine
-        The recorded machine.
-    log
-        The recording.
-    reference
-        Reference values by parameter name.
-    terms
-        Terms of the least-squares reference for this machine.
-    fitted
-        Terms whose value in a least-squares fit replaces a reference that is not known.
-    cutoff
-        Cutoff of the reference's low-pass [Hz].
-    slow
-        Speed up to which the reference leaves rows out [m/s or rad/s].
-    effort_unit
-        Unit of the logged effort.
-    group
-        Logs of one group are repeats of one experiment; None for a single log.
-    usable
-        Whether an effort law fits the log. Otherwise status ``ok`` would be a failure.
-    remark
-        Remark for the interpretation of the result.
-    """
-
-    name: str
-    machine: str
-    log: AxisLog
+    name: str  #: Unique name.
+    machine: str  #: The recorded machine.
+    log: AxisLog  #: The recording.
+    #: Reference values by parameter name.
     reference: Mapping[str, ReferenceValue] = field(default_factory=dict)
-    terms: tuple[str, ...] = PLAIN_TERMS
+    terms: tuple[str, ...] = PLAIN_TERMS  #: Terms of the least-squares reference for this machine.
+    #: Terms whose value in a least-squares fit replaces a reference that is not known.
     fitted: tuple[str, ...] = ("inertia", "viscous_friction", "coulomb_friction")
-    cutoff: float
-    slow: float
-    effort_unit: str
+    cutoff: float  #: Cutoff of the reference's low-pass [Hz].
+    slow: float  #: Speed up to which the reference leaves rows out [m/s or rad/s].
+    effort_unit: str  #: Unit of the logged effort.
+    #: Logs of one group are repeats of one experiment; None for a single log.
     group: str | None = None
+    #: Whether an effort law fits the log. Otherwise status ``ok`` would be a failure.
     usable: bool = True
-    remark: str = ""
+    remark: str = ""  #: Remark for the interpretation of the result.
 
     def filtered(self, log: AxisLog | None = None) -> FilteredLog:
         """Return the log, or a part of it, filtered for the reference."""

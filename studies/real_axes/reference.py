@@ -50,27 +50,17 @@ _NO_SHAPES: Mapping[str, float] = MappingProxyType({})
 
 @dataclass(frozen=True, kw_only=True)
 class MotionRows:
-    """Filtered motion and effort on the rows that a fit uses.
+    """Filtered motion and effort on the rows that a fit uses."""
 
-    Attributes
-    ----------
-    time, position, velocity, acceleration
-        Shape (n,) [SI].
-    effort
-        Low-passed effort, advanced by ``delay``, shape (n,) [unit of the log].
-    moving
-        Rows whose speed exceeds the limit, shape (n,).
-    delay
-        Delay of the logged effort with respect to the motion [s].
-    """
-
+    #: Shape (n,) [SI].
     time: Float[np.ndarray, " n"]
     position: Float[np.ndarray, " n"]
     velocity: Float[np.ndarray, " n"]
     acceleration: Float[np.ndarray, " n"]
+    #: Low-passed effort, advanced by ``delay``, shape (n,) [unit of the log].
     effort: Float[np.ndarray, " n"]
-    moving: Bool[np.ndarray, " n"]
-    delay: float
+    moving: Bool[np.ndarray, " n"]  #: Rows whose speed exceeds the limit, shape (n,).
+    delay: float  #: Delay of the logged effort with respect to the motion [s].
 
     def part(self, rows: Bool[np.ndarray, " n"]) -> "MotionRows":
         """Return the selected rows only."""
@@ -92,23 +82,14 @@ class _Stretch:
 
 @dataclass(frozen=True, kw_only=True)
 class FilteredLog:
-    """A log, low-passed once; rows with any delay of the effort are read from it.
+    """A log, low-passed once; rows with any delay of the effort are read from it."""
 
-    Attributes
-    ----------
-    time, position, effort
-        The log as recorded, shape (n,) [SI].
-    cutoff
-        Cutoff of the low-pass [Hz].
-    slow
-        Speed up to which rows do not count as moving [m/s or rad/s].
-    """
-
+    #: The log as recorded, shape (n,) [SI].
     time: Float[np.ndarray, " n"]
     position: Float[np.ndarray, " n"]
     effort: Float[np.ndarray, " n"]
-    cutoff: float
-    slow: float
+    cutoff: float  #: Cutoff of the low-pass [Hz].
+    slow: float  #: Speed up to which rows do not count as moving [m/s or rad/s].
 
     @cached_property
     def _stretches(self) -> tuple[_Stretch, ...]:
@@ -172,27 +153,15 @@ class FilteredLog:
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceFit:
-    """A least-squares fit of the effort.
+    """A least-squares fit of the effort."""
 
-    Attributes
-    ----------
-    terms
-        Names of the terms, see `TERMS`.
-    values
-        Coefficient of each [unit of the effort over that of the term].
-    shapes
-        Velocity of the ``stribeck`` term [m/s or rad/s] and period of the ``ripple`` [m or rad],
-        where the law has them.
-    delay
-        Delay of the logged effort with respect to the motion [s].
-    relative_residual
-        Norm of the residual over norm of the effort, on the moving rows [-].
-    """
-
-    terms: tuple[str, ...]
-    values: Mapping[str, float]
+    terms: tuple[str, ...]  #: Names of the terms, see `TERMS`.
+    values: Mapping[str, float]  #: Coefficient of each [unit of the effort over that of the term].
+    #: Velocity of the ``stribeck`` term [m/s or rad/s] and period of the ``ripple`` [m or rad],
+    #: where the law has them.
     shapes: Mapping[str, float]
-    delay: float
+    delay: float  #: Delay of the logged effort with respect to the motion [s].
+    #: Norm of the residual over norm of the effort, on the moving rows [-].
     relative_residual: float
 
     def predict(self, rows: MotionRows) -> Float[np.ndarray, " n"]:

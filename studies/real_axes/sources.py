@@ -16,23 +16,14 @@ __all__ = ["EXTRA_FILES", "ExtraFile", "checked"]
 
 @dataclass(frozen=True, kw_only=True)
 class ExtraFile:
-    """One public file.
+    """One public file."""
 
-    Attributes
-    ----------
-    file
-        Path in the folder of extra logs.
-    repository, commit, path
-        The GitHub repository, its commit and the path in it.
-    sha256
-        Hash of the bytes.
-    """
-
-    file: str
+    file: str  #: Path in the folder of extra logs.
+    #: The GitHub repository, its commit and the path in it.
     repository: str
     commit: str
     path: str
-    sha256: str
+    sha256: str  #: Hash of the bytes.
 
     @property
     def address(self) -> str:

@@ -52,40 +52,22 @@ _BOTH_WAYS = 0.02  # least share of the moving rows in each direction [-]
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """Result of `stickslip.identify` for a log.
+    """Result of `stickslip.identify` for a log."""
 
-    Attributes
-    ----------
-    status
-        Status of the estimate; ``"refused"`` after an input error, ``"crash"`` after any other.
-    message
-        The error, or empty.
-    values
-        Value of each parameter [SI]; those that are not identified are absent.
-    half_widths
-        Half of each 95 % interval [same unit].
-    plain
-        Viscous and Coulomb friction and offset of the nearest plain law over the speeds of the log:
-        value and half of the 95 % interval [same unit].
-    units
-        Unit of each parameter.
-    selected
-        Terms that were selected.
-    notes
-        Notes of the diagnostics.
-    seconds
-        Time of the call [s].
-    """
-
+    #: Status of the estimate; ``"refused"`` after an input error, ``"crash"`` after any other.
     status: str
-    message: str = ""
+    message: str = ""  #: The error, or empty.
+    #: Value of each parameter [SI]; those that are not identified are absent.
     values: Mapping[str, float] = field(default_factory=dict)
+    #: Half of each 95 % interval [same unit].
     half_widths: Mapping[str, float] = field(default_factory=dict)
+    #: Viscous and Coulomb friction and offset of the nearest plain law over the speeds of the log:
+    #: value and half of the 95 % interval [same unit].
     plain: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
-    selected: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    seconds: float = math.nan
+    units: Mapping[str, str] = field(default_factory=dict)  #: Unit of each parameter.
+    selected: tuple[str, ...] = ()  #: Terms that were selected.
+    notes: tuple[str, ...] = ()  #: Notes of the diagnostics.
+    seconds: float = math.nan  #: Time of the call [s].
 
     @property
     def law(self) -> frozenset[str]:
@@ -108,19 +90,12 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Agreement:
-    """Two values of one parameter and whether they agree.
+    """Two values of one parameter and whether they agree."""
 
-    Attributes
-    ----------
-    first, second
-        The values [SI].
-    allowed
-        Largest difference that counts as agreement [same unit].
-    """
-
+    #: The values [SI].
     first: float
     second: float
-    allowed: float
+    allowed: float  #: Largest difference that counts as agreement [same unit].
 
     @property
     def agree(self) -> bool:
@@ -135,39 +110,22 @@ class Agreement:
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """Results of the study for one log.
+    """Results of the study for one log."""
 
-    Attributes
-    ----------
-    log
-        The log.
-    whole, first, second
-        Outcome for the whole log and for its halves.
-    halves
-        Agreement of the halves by parameter.
-    reference
-        Reference values by parameter.
-    inside
-        Agreement of the whole log's estimate with the reference.
-    delay
-        Delay of the effort in the reference fit of the whole log [s].
-    terms
-        Terms of the law that the estimate returned, for the reference with the same terms.
-    prediction
-        Relative error of the effort on the other half, mean of both ways [-]: ``"estimate"``,
-        ``"same_terms"`` for least squares with the same terms, ``"own_terms"`` for least squares
-        with the terms that the machine needs.
-    """
-
-    log: RealLog
+    log: RealLog  #: The log.
+    #: Outcome for the whole log and for its halves.
     whole: Outcome
     first: Outcome
     second: Outcome
-    halves: Mapping[str, Agreement]
-    reference: Mapping[str, ReferenceValue]
-    inside: Mapping[str, Agreement]
-    delay: float
+    halves: Mapping[str, Agreement]  #: Agreement of the halves by parameter.
+    reference: Mapping[str, ReferenceValue]  #: Reference values by parameter.
+    inside: Mapping[str, Agreement]  #: Agreement of the whole log's estimate with the reference.
+    delay: float  #: Delay of the effort in the reference fit of the whole log [s].
+    #: Terms of the law that the estimate returned, for the reference with the same terms.
     terms: tuple[str, ...]
+    #: Relative error of the effort on the other half, mean of both ways [-]: ``"estimate"``,
+    #: ``"same_terms"`` for least squares with the same terms, ``"own_terms"`` for least squares
+    #: with the terms that the machine needs.
     prediction: Mapping[str, float]
 
     @property

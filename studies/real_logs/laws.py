@@ -23,28 +23,15 @@ _SIMULATED = ("viscous_friction", "coulomb_friction", "offset", "low_speed", "ri
 
 @dataclass(frozen=True, kw_only=True)
 class AxisLaw:
-    """A rigid axis with Coulomb and viscous friction, lower friction at low speed, and a ripple.
+    """A rigid axis with Coulomb and viscous friction, lower friction at low speed, and a ripple."""
 
-    Attributes
-    ----------
-    mass
-        [kg].
-    values
-        Coulomb and viscous friction, of both directions or of each, offset, the friction of low
-        speeds and the ripple, by name [SI].
-    delay
-        Time by which the effort acts later than it is logged [s].
-    period
-        Of the ripple [m].
-    origin
-        Position at which its sine is zero [m].
-    """
-
-    mass: float
+    mass: float  #: [kg].
+    #: Coulomb and viscous friction, of both directions or of each, offset, the friction of low
+    #: speeds and the ripple, by name [SI].
     values: Mapping[str, float]
-    delay: float = 0.0
-    period: float = math.inf
-    origin: float = 0.0
+    delay: float = 0.0  #: Time by which the effort acts later than it is logged [s].
+    period: float = math.inf  #: Of the ripple [m].
+    origin: float = 0.0  #: Position at which its sine is zero [m].
 
     @classmethod
     def of(cls, estimate: FrictionEstimate) -> "AxisLaw":

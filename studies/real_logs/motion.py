@@ -28,32 +28,17 @@ _SHORTEST = 0.02  # travel of a move over the range of positions: less is noise
 
 @dataclass(frozen=True, kw_only=True)
 class SmoothMotion:
-    """Motion of a log without gaps, sample by sample.
+    """Motion of a log without gaps, sample by sample."""
 
-    Attributes
-    ----------
-    position, velocity, acceleration
-        Low-passed and differentiated [m, m/s, m/s^2, or rad ...], shape (n,).
-    effort
-        Effort that acts at each sample [N or N m], shape (n,).
-    slow
-        Speed below which the axis may be at rest [m/s or rad/s].
-    resting
-        Whether a sample belongs to a rest, shape (n,).
-    start
-        First sample used.
-    factor
-        Of the decimation.
-    """
-
+    #: Low-passed and differentiated [m, m/s, m/s^2, or rad ...], shape (n,).
     position: Float[np.ndarray, " n"]
     velocity: Float[np.ndarray, " n"]
     acceleration: Float[np.ndarray, " n"]
-    effort: Float[np.ndarray, " n"]
-    slow: float
-    resting: Bool[np.ndarray, " n"]
-    start: int
-    factor: int
+    effort: Float[np.ndarray, " n"]  #: Effort that acts at each sample [N or N m], shape (n,).
+    slow: float  #: Speed below which the axis may be at rest [m/s or rad/s].
+    resting: Bool[np.ndarray, " n"]  #: Whether a sample belongs to a rest, shape (n,).
+    start: int  #: First sample used.
+    factor: int  #: Of the decimation.
 
     def decimated(self, columns: Float[np.ndarray, "n p"]) -> Float[np.ndarray, "m p"]:
         """Return filtered and decimated rows of columns, without those at rest."""

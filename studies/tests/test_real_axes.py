@@ -72,7 +72,6 @@ def test_the_ripple_of_a_ball_screw_is_found(
     estimate: Callable[[str], FrictionEstimate], name: str
 ) -> None:
     found = estimate(name)
-    assert found.selection is not None
     assert {"direction", "ripple", "low speed", "delay"} <= set(found.selection.selected)
     assert found.value("ripple_period") == pytest.approx(2.5e-3, rel=2e-3)
     assert found.diagnostics.relative_residual < 0.018
@@ -98,14 +97,12 @@ def test_the_effort_of_an_uneven_log_is_a_mean(
 ) -> None:
     name = "moteus_ri50_14-29"
     whole = estimate(name).selection
-    assert whole is not None
     assert whole.effort_kind == "mean"
     assert abs(whole.effort_delay) < 1e-3
     log = logs[name].log
     split = split_index(log)
     for part in (log.part(0, split), log.part(split, len(log))):
         found = identify(part).estimate
-        assert found.selection is not None
         assert found.selection.effort_kind == "mean"
         assert 0.46e-3 < found.value("inertia") < 0.51e-3
 

@@ -29,22 +29,13 @@ _LIST_OF_NUMBERS = re.compile(r"\[[-+.\de,\snul]+\]")
 
 @dataclass(frozen=True, kw_only=True)
 class Reproduced:
-    """A reproduction and where it was written.
+    """A reproduction and where it was written."""
 
-    Attributes
-    ----------
-    reproduction
-        What was reproduced.
-    page, numbers
-        The page and its numbers as JSON.
-    pictures
-        One PNG file a figure.
-    """
-
-    reproduction: Reproduction
+    reproduction: Reproduction  #: What was reproduced.
+    #: The page and its numbers as JSON.
     page: Path
     numbers: Path
-    pictures: tuple[Path, ...]
+    pictures: tuple[Path, ...]  #: One PNG file a figure.
 
 
 def checked_workers(workers: int | None) -> int:

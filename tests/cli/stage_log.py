@@ -17,6 +17,11 @@ class Outcome:
     out: str
     err: str
 
+    def printed(self, code: int = 0) -> str:
+        """Return the text on standard output, of a run that ended with this code."""
+        assert self.code == code, self.err
+        return self.out
+
     def line(self) -> str:
         """Return the one line of a refusal."""
         assert self.out == ""

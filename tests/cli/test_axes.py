@@ -28,8 +28,7 @@ def two_axes(tmp_path):
 
 def test_inspect(run, two_axes, tmp_path):
     outcome = run("inspect", two_axes, "--schema-out", tmp_path / "gantry.toml", "--json", "-")
-    assert outcome.code == 0
-    document = json.loads(outcome.out)
+    document = json.loads(outcome.printed())
     assert [each["name"] for each in document["axes"]] == ["x", "y"]
     assert "x_force" in outcome.err
     assert "[axes.y]" in (tmp_path / "gantry.toml").read_text()
@@ -39,8 +38,7 @@ def test_inspect_says_what_is_missing(run, tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("t,angle,volts\n0,1,2\n1,2,3\n2,4,3\n")
     outcome = run("inspect", path)
-    assert outcome.code == 1
-    assert "no column is obviously the effort" in " ".join(outcome.out.split())
+    assert "no column is obviously the effort" in " ".join(outcome.printed(1).split())
 
 
 @pytest.mark.slow
@@ -48,8 +46,7 @@ def test_identify_all_axes(run, two_axes, tmp_path):
     report, file = tmp_path / "r.html", tmp_path / "r.json"
     outcome = run("identify", two_axes, "--report", report, "--json", file,
                   "--validate", two_axes, "--from", 0.5)  # fmt: skip
-    assert outcome.code == 0
-    assert "2 of 2 axes identified" in outcome.out
+    assert "2 of 2 axes identified" in outcome.printed()
     document = json.loads(file.read_text())
     assert list(document["axes"]) == ["x", "y"]
     masses = [axis["parameters"]["mass"]["value"] for axis in document["axes"].values()]

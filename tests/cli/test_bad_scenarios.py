@@ -5,38 +5,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scenario_files import ARM, AXIS, refused, scenario_file
+from scenario_files import (
+    ARM,
+    ARM_LEARNED,
+    AXIS,
+    ESTIMATE,
+    FRICTION,
+    LEARNED,
+    PARAMETERS,
+    refused,
+    scenario_file,
+)
 from stage_log import Run
 
-PARAMETERS: dict[str, Any] = {
-    "mass": {"value": 150.0, "std": 1.0, "unit": "kg"},
-    "coulomb_friction": {"value": 98.0, "std": 1.0, "unit": "N"},
-    "viscous_friction": {"value": 690.0, "std": 9.0, "unit": "N s/m"},
-}
-ESTIMATE: dict[str, Any] = {
-    "schema": 1,
-    "kind": "linear",
-    "parameters": PARAMETERS,
-    "status": "ok",
-    "status_text": "The parameters are identified.",
-}
-GAINS: dict[str, Any] = {
-    "gain_1": {"value": 3.3e-5, "unit": "m/(N s)^2"},
-    "gain_2": {"value": 0.0033, "unit": "m/(N s^2)"},
-}
-LEARNED: dict[str, Any] = {
-    "schema": 1,
-    "method": "papwc",
-    "kind": "linear",
-    "values": GAINS,
-    "covariance": [[1e-6, 0.0], [0.0, 1e-6]],
-}
-FRICTION: dict[str, Any] = {
-    "coulomb_friction": {"value": 0.15, "unit": "N"},
-    "viscous_friction": {"value": 0.1, "unit": "N s/m"},
-    "static_friction": {"value": 0.2, "unit": "N"},
-}
-ARM_LEARNED = LEARNED | {"method": "landing", "values": FRICTION}
 PD = "method = 'pd', position_gain = 1e4, velocity_gain = 1e3"
 NO_ARM = "axis = {load_mass = 'absent', stiffness = 'absent'}"
 

@@ -70,8 +70,7 @@ def scenario(tmp_path: Path) -> Path:
 @pytest.mark.slow
 def test_every_estimator_has_values_or_a_reason(run: Run, good_log: Path) -> None:
     outcome = run("compare", good_log, "--json", "-")
-    assert outcome.code == 0, outcome.err
-    document = json.loads(outcome.out)
+    document = json.loads(outcome.printed())
     assert (document["schema"], document["comparison"], document["kind"]) == (1, "log", "linear")
     estimators = {each["name"]: each for each in document["estimators"]}
     assert tuple(estimators) == tuple(ESTIMATORS)
@@ -130,15 +129,13 @@ def test_no_result_to_trust_ends_with_1(run: Run, tmp_path: Path) -> None:
     columns["force [N]"] = columns["force [N]"] * 0 + 1.9
     log.write_text(csv_text(columns))
     outcome = run("compare", log, "--only", "energy")
-    assert outcome.code == 1
-    assert "None of the estimates can be trusted" in outcome.out
+    assert "None of the estimates can be trusted" in outcome.printed(1)
 
 
 def test_scenario_is_scored_by_its_truth(run: Run, scenario: Path) -> None:
     page = scenario.with_suffix(".html")
     outcome = run("compare", scenario, *FEW, "--json", "-", "--report", page)
-    assert outcome.code == 0, outcome.err
-    document = json.loads(outcome.out)
+    document = json.loads(outcome.printed())
     assert (document["comparison"], document["runs"], document["samples"]) == ("scenario", 3, 501)
     assert document["truth"]["mass"] == 1.5
     assert document["scenario"]["input"]["frequencies"] == {"value": [0.5, 1.3], "unit": "Hz"}
@@ -160,9 +157,9 @@ def test_effort_delay_is_found(run: Run, scenario: Path) -> None:
     scenario.write_text(SCENARIO.replace("[sensors]", "effort_delay = 1\n[sensors]"))
     page = scenario.with_suffix(".html")
     chosen = ["--only", "maximum-likelihood", "--only", "energy", "--report", page]
-    outcome = run("compare", scenario, *chosen, "--largest-delay", 2)
-    assert outcome.code == 0, outcome.err
-    _, found = outcome.out.split("delay found")
+    _, found = (
+        run("compare", scenario, *chosen, "--largest-delay", 2).printed().split("delay found")
+    )
     last = {line.split()[0]: line.split()[-1] for line in found.splitlines() if line.strip()}
     assert last["maximum-likelihood"] == "100.0%"
     assert last["energy"] == "–"

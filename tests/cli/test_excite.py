@@ -33,8 +33,7 @@ AXIS = ("--mass", 3.0, "--coulomb-friction", 1.5, "--viscous-friction", 4.0)
 def test_effort_keeps_the_limits(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "input.csv"
     outcome = run("excite", *AXIS, *ASKED, *SENSORS, "--out", out, "--json", "-")
-    assert outcome.code == 0, outcome.err
-    document = json.loads(outcome.out)
+    document = json.loads(outcome.printed())
     assert document["schema"] == 2
     lines = out.read_text().splitlines()
     assert lines[0] == "time [s],effort [N]"
@@ -59,8 +58,7 @@ def test_effort_that_does_not_determine_the_parameters(run: Run, tmp_path: Path)
     out, saved = tmp_path / "input.csv", tmp_path / "input.json"
     short = (*AXIS, *asked("duration", 0.25), "--position-noise", 1e-3)
     outcome = run("excite", *short, "--out", out, "--json", saved)
-    assert outcome.code == 1
-    assert "Not to be trusted" in outcome.out
+    assert "Not to be trusted" in outcome.printed(1)
     undetermined = json.loads(saved.read_text())["undetermined"]
     assert "viscous_friction" in undetermined
     assert "viscous friction" in outcome.out
@@ -70,9 +68,7 @@ def test_effort_that_does_not_determine_the_parameters(run: Run, tmp_path: Path)
 def test_small_offset_is_identifiable(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "input.csv"
     arguments = (*AXIS, *ASKED, *SENSORS, "--out", out, "--json", "-")
-    outcome = run("excite", *arguments, "--offset", 1e-9)
-    assert outcome.code == 0, outcome.err
-    offset = json.loads(outcome.out)["expected"]["offset"]
+    offset = json.loads(run("excite", *arguments, "--offset", 1e-9).printed())["expected"]["offset"]
     assert offset["ci95"][0] < 0.0 < offset["ci95"][1]
 
 
@@ -84,8 +80,7 @@ def test_axis_from_an_estimate(run: Run, good_log: Path) -> None:
         *("excite", "--estimate", estimate, "--mass", MASS, *ASKED, *SENSORS),
         *("--out", out, "--json", "-"),
     )
-    assert outcome.code == 0, outcome.err
-    expected = json.loads(outcome.out)["expected"]
+    expected = json.loads(outcome.printed())["expected"]
     held = json.loads(estimate.read_text())["parameters"]
     assert expected["mass"]["believed"] == MASS  # given beside the estimate
     for name in ("coulomb_friction", "viscous_friction", "offset"):
@@ -104,8 +99,7 @@ def test_designed_effort_in_a_study(run: Run, tmp_path: Path) -> None:
     outcome = run(
         *("compare", scenario, "--mass", 3.0, "--only", "maximum-likelihood", "--json", "-")
     )
-    assert outcome.code == 0, outcome.err
-    document = json.loads(outcome.out)
+    document = json.loads(outcome.printed())
     assert document["samples"] == 201
     (found,) = document["estimators"]
     ratio = found["parameters"]["coulomb_friction"]["bound_ratio"]

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from exports import COULOMB, INERTIA, MJCF, ROBOTS, SDF, URDF, USD, VISCOUS, doc
 from refusals import refuses
 
 from stickslip import CoulombViscousFriction, SingleMass, StribeckFriction, simulate
-from stickslip.export import EstimateReading, ExportSettings, Transmission, render
+from stickslip.export import EstimateReading, ExportSettings, Transmission, render, write
 from stickslip.records import MissingExtraError
 
 XML = ("urdf", "sdf", "mjcf")
@@ -76,8 +77,6 @@ def test_encodings_and_names_beyond_ascii(target, head, encoding):
     assert all(each in rest for each in before)
     again = render(estimate, target, into=after, joint=name)
     assert again.rendered.files[""] == after
-    from xml.etree import ElementTree
-
     root = ElementTree.fromstring(after)  # noqa: S314 - of this test
     motors = [each.get("joint") for each in root.iter("dcmotor")]
     assert motors == ([name] if target == "mjcf" else [])
@@ -215,8 +214,6 @@ def test_drake_reads_the_damping(target, joint, tmp_path):
 @pytest.mark.parametrize("joint", ["elbow", "slide"])
 def test_sdf_has_values_where_the_specification_has_them(joint):
     # The path is that of sdformat's joint.sdf; Drake reads the damping there, and no friction
-    from xml.etree import ElementTree
-
     root = ElementTree.fromstring(edited("sdf", joint))  # noqa: S314 - of this test
     dynamics = root.find(f"./model/joint[@name='{joint}']/axis/dynamics")
     assert float(dynamics.find("damping").text) == VISCOUS
@@ -231,8 +228,6 @@ def test_sdf_has_values_where_the_specification_has_them(joint):
 @pytest.mark.parametrize("unit", [1.0, 0.01])
 def test_usd_core_composes_the_layer(joint, axis, per, unit, tmp_path):
     Usd = pytest.importorskip("pxr.Usd")
-    from stickslip.export import write
-
     robot, out = tmp_path / "arm.usda", tmp_path / "sub" / "friction.usda"
     robot.write_text(USD.replace("metersPerUnit = 1", f"metersPerUnit = {unit}"))
     out.parent.mkdir()
@@ -281,8 +276,6 @@ def test_what_is_no_usd_is_refused(tmp_path):
 
 def test_a_binary_stage_is_left_as_it_is(tmp_path):
     Usd = pytest.importorskip("pxr.Usd")
-    from stickslip.export import write
-
     text, robot, out = (tmp_path / name for name in ("arm.usda", "arm.usdc", "friction.usda"))
     text.write_text(USD)
     plain = Usd.Stage.Open(str(text))
@@ -296,8 +289,6 @@ def test_a_binary_stage_is_left_as_it_is(tmp_path):
 
 
 def test_a_layer_does_not_replace_the_file_that_it_is_over(tmp_path):
-    from stickslip.export import write
-
     pytest.importorskip("pxr.Usd")
     robot = tmp_path / "arm.usda"
     robot.write_text(USD)
@@ -482,36 +473,26 @@ def test_mujoco_decelerates_with_static_friction():
     assert found[0] - found[1:] == pytest.approx(found[0] - expected, rel=DECELERATION)
 
 
-def test_the_actuator_of_an_earlier_export_is_removed_without_static_friction():
-    """It would add its friction to that of the joint."""
+def test_the_actuator_of_an_earlier_export_is_replaced_or_removed_with_overwrite():
+    """Without static friction it would add its friction to that of the joint."""
+    overwrite = ExportSettings(overwrite=True)
     once = edited("mjcf", **WITH_STATIC)
-    with refuses("values_present", joint="elbow") as caught:
-        edited("mjcf", into=once)
-    assert any("elbow_friction" in each for each in caught.value.quantities["changes"])
-    again = edited("mjcf", into=once, settings=ExportSettings(overwrite=True))
-    mujoco, model = mujoco_model(again)
-    assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "elbow_friction") == -1
-    assert model.dof_frictionloss[0] == pytest.approx(COULOMB)
-
-
-def test_an_actuator_is_replaced_with_overwrite_only():
-    once = edited("mjcf", **WITH_STATIC)
+    assert edited("mjcf", into=once, **WITH_STATIC) == once
     start = once.index('lugre="') + len('lugre="')
     other = once[:start] + "1 " + once[once.index(" ", start) + 1 :]
     with refuses("values_present", joint="elbow"):
         edited("mjcf", into=other, **WITH_STATIC)
-    assert (
-        edited("mjcf", into=other, settings=ExportSettings(overwrite=True), **WITH_STATIC) == once
-    )
-
-
-def test_a_second_export_replaces_the_actuator():
-    once = edited("mjcf", **WITH_STATIC)
-    assert edited("mjcf", into=once, **WITH_STATIC) == once
-    settings = ExportSettings(overwrite=True)
-    again = edited("mjcf", into=once, settings=settings, **WITH_STATIC | {"static_friction": 0.8})
+    assert edited("mjcf", into=other, settings=overwrite, **WITH_STATIC) == once
+    stronger = WITH_STATIC | {"static_friction": 0.8}
+    again = edited("mjcf", into=once, settings=overwrite, **stronger)
     assert again.count("<dcmotor") == 1
     mujoco_model(again)
+    with refuses("values_present", joint="elbow") as caught:
+        edited("mjcf", into=once)
+    assert any("elbow_friction" in each for each in caught.value.quantities["changes"])
+    mujoco, model = mujoco_model(edited("mjcf", into=once, settings=overwrite))
+    assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "elbow_friction") == -1
+    assert model.dof_frictionloss[0] == pytest.approx(COULOMB)
 
 
 def test_mujoco_reads_the_friction_of_a_urdf():

@@ -12,8 +12,6 @@ def mujoco_example(name: str) -> ModuleType:
     pytest.importorskip("mujoco")
     path = Path(__file__).parents[2] / "examples" / f"{name}.py"
     spec = importlib.util.spec_from_file_location(name[3:], path)
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

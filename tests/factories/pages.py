@@ -22,7 +22,6 @@ MOST_BYTES = 1_500_000
 def plots_of(text: str) -> dict[str, Any]:
     """Return the drawings of a page, by their anchors."""
     found = re.search(r'<script type="text/plain" id="plots">(.*?)</script>', text)
-    assert found is not None
     return json.loads(gzip.decompress(base64.b64decode(found[1])))
 
 

@@ -29,7 +29,6 @@ def positioned(
 ) -> Positioning:
     """Return the result of a scenario with these lines in its tables, resumed from another's."""
     if learned is not None:
-        assert learned.learned is not None
         write_json(learned.learned.to_dict(), folder / "learned.json")
         guess = f"{guess}\nlearned = 'learned.json'"
     if method:

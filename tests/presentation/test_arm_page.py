@@ -18,7 +18,6 @@ MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
 
 def data(text: str, anchor: str) -> Any:
     found = re.search(rf'<script type="application/json" id="{anchor}">(.*?)</script>', text)
-    assert found is not None
     return json.loads(found[1])
 
 

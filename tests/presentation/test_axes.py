@@ -1,10 +1,9 @@
 """The axes of a log in one table and on one page."""
 
-import io
 from dataclasses import replace
 
 import pytest
-from rich.console import Console
+from terminals import printed_on
 
 from stickslip.presentation.axes import axes_page, axes_table
 from stickslip.presentation.page import Listed, rendered
@@ -12,12 +11,6 @@ from stickslip.presentation.terminal import print_axes
 from stickslip.records import AxesIdentification, Identification, Status
 
 CAUSE = "25 % of the effort is explained by no term; check the columns"
-
-
-def printed(found: AxesIdentification) -> str:
-    file = io.StringIO()
-    print_axes(Console(file=file, width=120, markup=False, highlight=False), found)
-    return file.getvalue()
 
 
 def mismatched(found: Identification) -> Identification:
@@ -29,7 +22,7 @@ def mismatched(found: Identification) -> Identification:
 
 def test_the_reason_for_a_mismatch_is_its_cause(doubtful: Identification) -> None:
     found = AxesIdentification(name="robot", axes={"a": mismatched(doubtful), "b": doubtful})
-    reasons = printed(found).split("Not to be trusted:")[1]
+    reasons = printed_on(120, print_axes, found).split("Not to be trusted:")[1]
     assert f"a: {CAUSE}\n" in reasons
     assert "b: Mass" in reasons
     page = axes_page(found)

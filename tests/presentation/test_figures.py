@@ -17,7 +17,6 @@ def test_every_trace_is_drawn_in_its_panel(identification: Identification) -> No
 
 
 def test_a_line_holds_the_values_of_the_record(identification: Identification) -> None:
-    assert identification.energy is not None
     drawn = figures_of(identification)["energy-plot"].to_matplotlib()
     (line,) = (each for each in drawn.axes[0].get_lines() if each.get_label() == "kinetic")
     np.testing.assert_allclose(line.get_xdata(), identification.energy.time, rtol=1e-6)

@@ -139,7 +139,6 @@ def test_without_an_offset_none_is_spoken_of(identification: Identification) -> 
     with_it = page_of(identification).plots()[curve]
     assert with_it["data"][-1]["name"] == "fitted law with offset"
     del parameters["offset"]
-    assert identification.evolution is not None
     evolution = replace(
         identification.evolution,
         values={key: identification.evolution.values[key] for key in parameters},
@@ -158,7 +157,6 @@ def test_the_evolution_ends_at_the_interval_of_the_table(identification: Identif
         for key, each in identification.estimate.parameters.items()
         if each.value is not None and each.std is not None
     }
-    assert identification.evolution is not None
     stds = {
         key: np.full_like(each, parameters[key].std)
         for key, each in identification.evolution.stds.items()
@@ -170,7 +168,6 @@ def test_the_evolution_ends_at_the_interval_of_the_table(identification: Identif
         band = plots[f"evolution-{key.replace('_', '-')}"]["data"][0]
         last = max(band["x"])
         ends = [y for x, y in zip(band["x"], band["y"], strict=True) if x == last]
-        assert parameter.ci95 is not None
         width = parameter.ci95[1] - parameter.ci95[0]
         assert max(ends) - min(ends) == pytest.approx(width, rel=1e-4)
 
@@ -200,7 +197,6 @@ def test_large_logs_are_thinned_for_drawing_and_keep_their_extremes(
     plots = page.plots()
     for plot in plots.values():
         assert all(len(trace["x"]) <= MOST_POINTS for trace in plot["data"])
-    assert large.residuals is not None
     drawn = plots["residual-plot"]["data"][0]["y"]
     assert max(drawn) == pytest.approx(large.residuals.residual.max(), rel=1e-6)
     assert min(drawn) == pytest.approx(large.residuals.residual.min(), rel=1e-6)
@@ -208,7 +204,6 @@ def test_large_logs_are_thinned_for_drawing_and_keep_their_extremes(
 
 
 def test_nan_in_a_figure_becomes_a_gap(identification: Identification) -> None:
-    assert identification.evolution is not None
     values = {key: each.copy() for key, each in identification.evolution.values.items()}
     values["mass"][:100] = np.nan
     evolution = replace(identification.evolution, values=values)

@@ -1,11 +1,10 @@
 """A table is built once; the terminal and the page show the same of it."""
 
-import io
 from pathlib import Path
 
 import pytest
 from pages import browsed
-from rich.console import Console
+from terminals import printed_on
 
 from stickslip.presentation import Cell, Column, Table
 from stickslip.presentation.page import Markup, Page, Section, rendered
@@ -26,10 +25,7 @@ def table(count: int) -> Table:
 
 
 def printed(made: Table, width: int = 100) -> list[str]:
-    console = Console(file=io.StringIO(), width=width, markup=False, highlight=False)
-    print_table(console, made)
-    assert isinstance(console.file, io.StringIO)
-    return console.file.getvalue().splitlines()
+    return printed_on(width, print_table, made).splitlines()
 
 
 def page(made: Table) -> str:

@@ -44,7 +44,6 @@ def test_runs_resume(run: Run) -> None:
     for before, after in pairwise(result.runs):
         for name, values in before.estimates.items():
             assert after.estimates[name][0] == values[-1]
-    assert result.learned is not None
     assert result.learned.values["gain_1"] == result.runs[-1].estimates["gain_1"][-1]
     for each in result.runs:
         assert each.estimate_time.size == len(each.pulses) + 1

@@ -41,14 +41,12 @@ def test_arm_lands_with_unknown_friction(landed: Positioning) -> None:
     (each,) = landed.runs
     for move in each.moves:
         assert abs(move.final_error) <= 1e-5
-        assert move.swing is not None
         assert move.swing <= 1e-5
         assert move.settling_time is not None
     assert landed.truth == {"coulomb_friction": 0.15, "viscous_friction": 0.1}
     assert each.estimates["coulomb_friction"][0] < LEARNED  # none, as far as a plan can have none
     for name, truth in landed.truth.items():
         assert each.estimates[name][-1] == pytest.approx(truth, rel=LEARNED)
-    assert landed.learned is not None
     assert landed.learned.method == "landing"
 
 
@@ -78,7 +76,6 @@ def test_phases(landed: Positioning) -> None:
 
 def test_efforts_of_the_series(landed: Positioning) -> None:
     each = landed.runs[0]
-    assert each.arm is not None
     assert each.arm.series
     for series in each.arm.series:
         k = round(series.start_time / T)
@@ -90,7 +87,6 @@ def test_efforts_of_the_series(landed: Positioning) -> None:
 def test_end_of_a_series(landed: Positioning) -> None:
     each = landed.runs[0]
     arm = each.arm
-    assert arm is not None
     law = CoulombViscousFriction.symmetric(
         coulomb_friction=0.15, viscous_friction=0.1, static_friction=0.18
     )
@@ -113,10 +109,8 @@ def test_feedback_alone_leaves_a_swing(run: Run) -> None:
     result = run("feedback", task=TASK.replace("36.0", "25.0"))
     assert result.method == "feedback"
     assert not result.ending.reached
-    assert result.last.swing is not None
     assert result.last.swing > 1e-3
     each = result.runs[0]
-    assert each.arm is not None
     assert each.phases == each.arm.series == ()
     assert result.learned is None
     assert each.estimates["coulomb_friction"][-1] == pytest.approx(0.15, rel=1e-3)
@@ -138,7 +132,6 @@ def test_landing_with_noise(run: Run) -> None:
     assert result.ending is Ending.REACHED
     assert any("276 µm" in note for note in result.notes)  # 3 sd of a mean of 158 less
     arm = result.runs[0].arm
-    assert arm is not None
     assert np.any(arm.measured_position != arm.position)
     for name, truth in result.truth.items():
         off = abs(float(result.runs[0].estimates[name][-1]) - truth)

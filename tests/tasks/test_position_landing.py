@@ -61,7 +61,6 @@ def test_estimates_and_their_deviations(landed: Positioning) -> None:
 
 
 def test_landing_and_exact_pulses_resume_from_each_other(landed: Positioning, run: Run) -> None:
-    assert landed.learned is not None
     assert landed.learned.method == "exact"
     again = run("landing", guess="", learned=landed)
     assert again.ending is Ending.REACHED
@@ -134,7 +133,6 @@ def test_guessed_masses_and_spring_are_learned(wrong_guess: Positioning) -> None
         assert each.deviations[name][0] == pytest.approx(0.02 * guessed)
         assert each.estimates[name][-1] == pytest.approx(1.0, rel=OF_AN_ARM)
         assert each.deviations[name][-1] < OF_AN_ARM
-    assert wrong_guess.learned is not None
     assert wrong_guess.learned.covariance.shape == (5, 5)
 
 
@@ -147,8 +145,6 @@ def test_run_resumes_with_learned_masses_and_spring(wrong_guess: Positioning, ru
         first = float(result.runs[0].estimates[name][0])
         assert first == pytest.approx(wrong_guess.learned.values[name])
     arm, before = result.runs[0].arm, wrong_guess.runs[0].arm
-    assert arm is not None
-    assert before is not None
     assert len(arm.series) < len(before.series)
 
 
@@ -165,7 +161,6 @@ def test_certain_masses_are_not_learned(run: Run) -> None:
 def test_file_of_friction_alone(run: Run) -> None:
     task = ARM_TASK.replace("44.0", "10.0")
     friction = run(axis=ARM, task=task, guess="coulomb_friction = 0.1", limit=1.0)
-    assert friction.learned is not None
     assert friction.learned.covariance.shape == (2, 2)
     guess = "stiffness = 1.01\narm_uncertainty = 0.01"
     result = run(

@@ -31,44 +31,24 @@ BRISTLES = "bristle_stiffness = 2e7"
 DAMPED = f"{BRISTLES}\nbristle_damping = 5e4"
 LUGRE = f'law = "lugre"\n{STRIBECK}\n{DAMPED}'
 
-SLIDING = StribeckFriction.symmetric(
-    coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0, stribeck_velocity=0.005
-)
+DRY = {"coulomb_friction": 100.0, "viscous_friction": 700.0}
+FALLING = DRY | {"static_friction": 130.0, "stribeck_velocity": 0.005}
+STIFF = {"bristle_stiffness": 2e7, "bristle_damping": 5e4}
+SLIDING = StribeckFriction.symmetric(**FALLING)
 LAWS: dict[str, tuple[str, FrictionLaw]] = {
-    "coulomb": (
-        STATIC,
-        CoulombViscousFriction.symmetric(
-            coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
-        ),
-    ),
+    "coulomb": (STATIC, CoulombViscousFriction.symmetric(**DRY, static_friction=130.0)),
     "stribeck": (
         f'{STRIBECK}\nshape = "exponential"',
-        StribeckFriction.symmetric(
-            coulomb_friction=100.0,
-            static_friction=130.0,
-            viscous_friction=700.0,
-            stribeck_velocity=0.005,
-            shape="exponential",
-        ),
+        StribeckFriction.symmetric(**FALLING, shape="exponential"),
     ),
     "dahl": (
         BRISTLES,
-        DahlFriction(
-            bristle_stiffness=2e7,
-            sliding=CoulombViscousFriction.symmetric(
-                coulomb_friction=100.0, viscous_friction=700.0
-            ),
-        ),
+        DahlFriction(bristle_stiffness=2e7, sliding=CoulombViscousFriction.symmetric(**DRY)),
     ),
-    "lugre": (
-        f"{STRIBECK}\n{DAMPED}",
-        LuGreFriction(bristle_stiffness=2e7, bristle_damping=5e4, sliding=SLIDING),
-    ),
+    "lugre": (f"{STRIBECK}\n{DAMPED}", LuGreFriction(**STIFF, sliding=SLIDING)),
     "elasto-plastic": (
         f"{STRIBECK}\n{DAMPED}\nelastic_deflection = 3e-6",
-        ElastoPlasticFriction(
-            bristle_stiffness=2e7, bristle_damping=5e4, elastic_deflection=3e-6, sliding=SLIDING
-        ),
+        ElastoPlasticFriction(**STIFF, elastic_deflection=3e-6, sliding=SLIDING),
     ),
 }
 

@@ -1,117 +1,103 @@
 """``stickslip export``: identified friction as a file for a simulator, a drive, or a compiler."""
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
-from stickslip.cli.arguments import whole_number
+from stickslip.cli.arguments import Flag, group, whole_number
 from stickslip.cli.terminal import console_on, reader_may_leave, say
 
 EXAMPLES = """Examples:
   stickslip export urdf elbow.json --into robot.urdf --joint elbow --out robot-friction.urdf
   stickslip export --list"""
 
-_what = partial(Parameter, group=Group("What to export", sort_key=1))
-_side = partial(Parameter, group=Group("Side and units of the estimate", sort_key=2))
-_target = partial(Parameter, group=Group("Options of targets", sort_key=3))
+_WHAT = group("What to export", 1)
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=_WHAT)
+@dataclass(frozen=True, kw_only=True)
+class Written:
+    """What is written, and where."""
+
+    out: Path | None = None
+    """File to write, or folder of a target of several files; may be that of --into."""
+    into: Path | None = None
+    """File to edit, such as a robot description."""
+    joint: str | None = None
+    """Joint of the file that the axis is. [default: name of the axis]"""
+    axis: str | None = None
+    """Axis of an estimate of a robot. [default: all]"""
+    overwrite: Flag = False
+    """Replace values that the edited file already has."""
+    force: Flag = False
+    """Also write values that were not identified or are not to be used, with a warning in the
+    file."""
+    targets: Annotated[bool, Parameter(name="--list", negative="")] = False
+    """List the targets and end."""
+
+
+@Parameter(name="*", group=group("Side and units of the estimate", 2))
+@dataclass(frozen=True, kw_only=True)
+class EstimateSide:
+    """How the values of an estimate are meant."""
+
+    side: Literal["motor", "joint"] = "joint"
+    """Side of the gear that the log was of."""
+    gear_ratio: float | None = None
+    """Turns of the motor per turn of the joint."""
+    lead: float | None = None
+    """Travel of a linear joint per turn of its rotary motor, in m."""
+    torque_constant: float | None = None
+    """Torque or force per current, in N m/A or N/A (or per %, for an effort in percent)."""
+
+
+@Parameter(name="*", group=group("Options of targets", 3))
 @dataclass(frozen=True, kw_only=True)
 class TargetOptions:
     """Settings that some targets use."""
 
-    points: Annotated[
-        int | None, _target(converter=whole_number, help="Number of points of a table.")
-    ] = None
-    top_speed: Annotated[
-        float | None, _target(help="Largest speed of a table, in rad/s or m/s of its side.")
-    ] = None
-    rated_current: Annotated[float | None, _target(help="Of the motor, in A.")] = None
-    link_inertia: Annotated[
-        float | None,
-        _target(
-            help="Part of the identified inertia that the model already has, in kg m² or kg; the "
-            "rest is written as armature. [default: no armature]"
-        ),
-    ] = None
-    sampling_time: Annotated[float | None, _target(help="Of the model or code, in s.")] = None
-    precision: Annotated[
-        Literal["single", "double"] | None, _target(help="Arithmetic of generated code.")
-    ] = None
-    fmi_version: Annotated[
-        Literal["2.0", "3.0"] | None, _target(help="Version of a functional mock-up unit.")
-    ] = None
-    binaries: Annotated[
-        Literal["all", "host", "none"] | None,
-        _target(help="Platforms that a functional mock-up unit has binaries for."),
-    ] = None
-    load_inertia: Annotated[
-        float | None,
-        _target(help="Part of the identified inertia that moves behind a spring, in kg m² or kg."),
-    ] = None
-    stiffness: Annotated[
-        float | None, _target(help="Stiffness of that spring, in N m/rad or N/m.")
-    ] = None
+    points: Annotated[int | None, Parameter(converter=whole_number)] = None
+    """Number of points of a table."""
+    top_speed: float | None = None
+    """Largest speed of a table, in rad/s or m/s of its side."""
+    rated_current: float | None = None
+    """Of the motor, in A."""
+    link_inertia: float | None = None
+    """Part of the identified inertia that the model already has, in kg m² or kg; the rest is
+    written as armature. [default: no armature]"""
+    sampling_time: float | None = None
+    """Of the model or code, in s."""
+    precision: Literal["single", "double"] | None = None
+    """Arithmetic of generated code."""
+    fmi_version: Literal["2.0", "3.0"] | None = None
+    """Version of a functional mock-up unit."""
+    binaries: Literal["all", "host", "none"] | None = None
+    """Platforms that a functional mock-up unit has binaries for."""
+    load_inertia: float | None = None
+    """Part of the identified inertia that moves behind a spring, in kg m² or kg."""
+    stiffness: float | None = None
+    """Stiffness of that spring, in N m/rad or N/m."""
 
 
 def export(
     target: Annotated[
-        str | None, _what(help="Name of the target; see --list.", show_default=False)
+        str | None,
+        Parameter(group=_WHAT, help="Name of the target; see --list.", show_default=False),
     ] = None,
     estimate: Annotated[
         Path | None,
-        _what(
+        Parameter(
+            group=_WHAT,
             help="File that stickslip identify --json wrote, of one axis or of a robot.",
             show_default=False,
         ),
     ] = None,
     /,
     *,
-    out: Annotated[
-        Path | None,
-        _what(help="File to write, or folder of a target of several files; may be that of --into."),
-    ] = None,
-    into: Annotated[Path | None, _what(help="File to edit, such as a robot description.")] = None,
-    joint: Annotated[
-        str | None, _what(help="Joint of the file that the axis is. [default: name of the axis]")
-    ] = None,
-    axis: Annotated[
-        str | None, _what(help="Axis of an estimate of a robot. [default: all]")
-    ] = None,
-    overwrite: Annotated[
-        bool, _what(negative="", help="Replace values that the edited file already has.")
-    ] = False,
-    force: Annotated[
-        bool,
-        _what(
-            negative="",
-            help="Also write values that were not identified or are not to be used, with a warning "
-            "in the file.",
-        ),
-    ] = False,
-    targets: Annotated[
-        bool, _what(name="--list", negative="", help="List the targets and end.")
-    ] = False,
-    side: Annotated[
-        Literal["motor", "joint"], _side(help="Side of the gear that the log was of.")
-    ] = "joint",
-    gear_ratio: Annotated[
-        float | None, _side(help="Turns of the motor per turn of the joint.")
-    ] = None,
-    lead: Annotated[
-        float | None, _side(help="Travel of a linear joint per turn of its rotary motor, in m.")
-    ] = None,
-    torque_constant: Annotated[
-        float | None,
-        _side(
-            help="Torque or force per current, in N m/A or N/A (or per %, for an effort in "
-            "percent)."
-        ),
-    ] = None,
+    written: Written | None = None,
+    values: EstimateSide | None = None,
     options: TargetOptions | None = None,
 ) -> int:
     """Export the friction of an estimate to a simulator, a drive, or a compiler.
@@ -123,14 +109,16 @@ def export(
     or a parameter was withheld or written by force; the reason is printed.
     """
     from stickslip.errors import InputError
-    from stickslip.export import targets as all_targets
+    from stickslip.export import targets
 
-    if targets:
+    written, values = written or Written(), values or EstimateSide()
+    if written.targets:
         console = console_on("output")
         with reader_may_leave():
-            for name, title in all_targets().items():
+            for name, title in targets().items():
                 console.print(f"{name:20} {title}", soft_wrap=True)
         return 0
+    out = written.out
     if target is None or estimate is None or out is None:
         given = {"a target": target, "an estimate": estimate, "--out": out}
         raise InputError(
@@ -142,17 +130,19 @@ def export(
         estimate,
         target,
         out,
-        into=into,
-        joint=joint,
+        into=written.into,
+        joint=written.joint,
         reading=EstimateReading(
-            axis=axis,
-            transmission=Transmission(side=side, gear_ratio=gear_ratio, lead=lead),
-            torque_constant=torque_constant,
-            force=force,
+            axis=written.axis,
+            transmission=Transmission(
+                side=values.side, gear_ratio=values.gear_ratio, lead=values.lead
+            ),
+            torque_constant=values.torque_constant,
+            force=written.force,
         ),
         settings=ExportSettings(
-            overwrite=overwrite,
-            torque_constant=torque_constant,
+            overwrite=written.overwrite,
+            torque_constant=values.torque_constant,
             **vars(options or TargetOptions()),
         ),
     )

@@ -1,17 +1,21 @@
 """``stickslip identify``: from logs to friction parameters with intervals and verdicts."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import (
+    WANTED,
     EstimatedFriction,
+    Flag,
     KnownAxis,
     KnownLoad,
     LogReading,
     RobotJoints,
+    Words,
     wanted,
 )
 from stickslip.cli.outputs import ResultFiles
@@ -34,6 +38,40 @@ EXAMPLES = """Examples:
   stickslip identify arm.csv --mass 1.2 --load-mass 0.8 --stiffness 450"""
 
 
+@Parameter(name="*", group=WANTED)
+@dataclass(frozen=True, kw_only=True)
+class Model(EstimatedFriction):
+    """Model to estimate, and settings of estimators."""
+
+    stribeck: Flag = False
+    """Estimate static friction and Stribeck velocity too, with estimator auto, energy or
+    idim-ls."""
+    cutoff: float | None = None
+    """Cutoff frequency of the low-pass for noisy signals, in Hz, with estimator energy or idim-ls.
+    [default: a tenth of the sampling rate, at most 100 Hz]"""
+    forgetting_factor: float | None = None
+    """Forgetting factor of estimator published-energy, in (0, 1]. [default: 1]"""
+    initial_variance: float | None = None
+    """Initial covariance P(0) of estimator published-energy, diagonal value. [default: 1000]"""
+    include: Words = None
+    """Term that the model of estimator auto has in any case, such as spring, gravity or stribeck;
+    repeat the option for several."""
+    exclude: Words = None
+    """Term that the model of estimator auto does not have; repeat the option for several."""
+    select: bool = True
+    """Whether estimator auto selects the terms of its model."""
+    effort_delay: Annotated[list[str] | None, Parameter(negative="", allow_leading_hyphen=True)] = (
+        None
+    )
+    """Known time by which the effort acts later than it is logged, in s, with estimator auto; of
+    one of several logs as in --effort-delay morning=0.002, repeated for others. [default:
+    estimated, if the log shows one]"""
+    effort_kind: Literal["held", "sampled", "mean"] | None = None
+    """What a logged effort is, with estimator auto: held from its time stamp to the next, the value
+    sampled at its time stamp, or the mean since the time stamp before. [default: held; with uneven
+    time stamps, what explains most]"""
+
+
 def identify(
     log: Annotated[
         Path,
@@ -53,71 +91,7 @@ def identify(
         str,
         wanted(help="Name of the estimator: one that stickslip compare lists."),
     ] = "auto",
-    friction: EstimatedFriction | None = None,
-    stribeck: Annotated[
-        bool,
-        wanted(
-            negative="",
-            help="Estimate static friction and Stribeck velocity too, with estimator auto, energy "
-            "or idim-ls.",
-        ),
-    ] = False,
-    cutoff: Annotated[
-        float | None,
-        wanted(
-            help="Cutoff frequency of the low-pass for noisy signals, in Hz, with estimator energy "
-            "or idim-ls. [default: a tenth of the sampling rate, at most 100 Hz]",
-        ),
-    ] = None,
-    forgetting_factor: Annotated[
-        float | None,
-        wanted(help="Forgetting factor of estimator published-energy, in (0, 1]. [default: 1]"),
-    ] = None,
-    initial_variance: Annotated[
-        float | None,
-        wanted(
-            help="Initial covariance P(0) of estimator published-energy, diagonal value. [default: "
-            "1000]",
-        ),
-    ] = None,
-    include: Annotated[
-        list[str] | None,
-        wanted(
-            negative="",
-            help="Term that the model of estimator auto has in any case, such as spring, gravity "
-            "or stribeck; repeat the option for several.",
-        ),
-    ] = None,
-    exclude: Annotated[
-        list[str] | None,
-        wanted(
-            negative="",
-            help="Term that the model of estimator auto does not have; repeat the option for "
-            "several.",
-        ),
-    ] = None,
-    select: Annotated[
-        bool,
-        wanted(help="Whether estimator auto selects the terms of its model."),
-    ] = True,
-    effort_delay: Annotated[
-        list[str] | None,
-        wanted(
-            negative="",
-            allow_leading_hyphen=True,
-            help="Known time by which the effort acts later than it is logged, in s, with "
-            "estimator auto; of one of several logs as in --effort-delay morning=0.002, repeated "
-            "for others. [default: estimated, if the log shows one]",
-        ),
-    ] = None,
-    effort_kind: Annotated[
-        Literal["held", "sampled", "mean"] | None,
-        wanted(
-            help="What a logged effort is, with estimator auto: held from its time stamp to the "
-            "next, the value sampled at its time stamp, or the mean since the time stamp before. "
-            "[default: held; with uneven time stamps, what explains most]",
-        ),
-    ] = None,
+    model: Model | None = None,
     validate: Annotated[
         Path | None,
         wanted(
@@ -139,14 +113,21 @@ def identify(
 
     reading, known = reading or LogReading(), known or KnownAxis()
     robot, weight = robot or RobotJoints(), weight or KnownLoad()
-    friction, files = friction or EstimatedFriction(), files or ResultFiles()
+    model, files = model or Model(), files or ResultFiles()
     logs = [log, *others]
     read = logs if validate is None else [*logs, validate]
     if others and robot.urdf is not None:
         raise InputError("robot_of_several_logs")
     reading.units()  # options are refused before the files
     load = weight.load()
-    delay = _effort_delay(effort_delay or [])
+    delay = _effort_delay(model.effort_delay or [])
+    settings: dict[str, Any] = {
+        **vars(known),
+        **vars(model),
+        "include": tuple(model.include or ()),
+        "exclude": tuple(model.exclude or ()),
+        "effort_delay": None if isinstance(delay, dict) else delay,
+    }
     files.check(inputs=[*robot.inputs, *(path for each in read for path in reading.inputs(each))])
     what = log.name if not others else f"{len(logs)} logs"
     delays = delay if isinstance(delay, dict) else {}
@@ -155,19 +136,7 @@ def identify(
     with working(f"reading {what}"):
         from stickslip import EstimationTask
 
-        task = EstimationTask(
-            **vars(known),
-            **vars(friction),
-            stribeck=stribeck,
-            cutoff=cutoff,
-            forgetting_factor=forgetting_factor,
-            initial_variance=initial_variance,
-            include=tuple(include or ()),
-            exclude=tuple(exclude or ()),
-            select=select,
-            effort_delay=None if isinstance(delay, dict) else delay,
-            effort_kind=effort_kind,
-        )
+        task = EstimationTask(**settings)
         if not others and (reading.axis is None or robot.urdf is not None):
             axes = _axes(log, reading, robot)
     if len(axes) > 1:

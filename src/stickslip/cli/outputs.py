@@ -8,8 +8,9 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, runtime_checkable
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
+from stickslip.cli.arguments import group
 from stickslip.cli.terminal import console_on, reader_may_leave
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from stickslip.presentation.results import Result
 
-output = partial(Parameter, group=Group("Output", sort_key=4))
+output = partial(Parameter, group=group("Output", 4))
 _TITLES = {"json": "JSON", "schema_out": "Schema"}
 
 

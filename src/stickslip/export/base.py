@@ -11,6 +11,9 @@ from stickslip.export.transmission import Side
 from stickslip.input_files import nearest
 from stickslip.records import InputError
 
+Axes = Mapping[str, ExportParameters]
+"""Parameters by the name of the axis or joint."""
+
 Group = Literal["simulator", "drive", "code", "randomisation"]
 
 DEFAULT_AXIS = "axis"
@@ -87,18 +90,13 @@ class Exporter(ABC):
     options: tuple[str, ...] = ()  #: Fields of `ExportSettings` that it uses, beside ``overwrite``.
 
     @abstractmethod
-    def render(
-        self,
-        axes: Mapping[str, ExportParameters],
-        settings: ExportSettings,
-        into: FileToEdit | None = None,
-    ) -> Rendered:
+    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
         """Return what is written.
 
         Parameters
         ----------
         axes
-            Parameters by the name of the axis or joint, on ``side``.
+            Parameters on ``side``.
         settings
             See `ExportSettings`.
         into
@@ -122,7 +120,7 @@ def axis_in_words(name: str) -> str:
     return "the axis" if name == DEFAULT_AXIS else f"axis {name}"
 
 
-def prefix(name: str, axes: Mapping[str, ExportParameters]) -> str:
+def prefix(name: str, axes: Axes) -> str:
     """Return what precedes a sentence on one of the axes: its name if there are several."""
     return f"{name}: " if len(axes) > 1 else ""
 
@@ -132,7 +130,7 @@ def one_friction(owner: str) -> str:
     return f"is left out: {owner} has one friction value, and it gets the Coulomb friction"
 
 
-def only_axis(axes: Mapping[str, ExportParameters], title: str) -> tuple[str, ExportParameters]:
+def only_axis(axes: Axes, title: str) -> tuple[str, ExportParameters]:
     """Return the only axis, with its name."""
     if len(axes) != 1:
         raise InputError("several_axes", title=title, count=len(axes), axes=tuple(axes))

@@ -9,6 +9,7 @@ from stickslip.export.parameters import ExportParameters
 from stickslip.friction.estimated_law import law_effort
 from stickslip.records import InputError, positive
 
+Values = Float[np.ndarray, " n"]
 _GRID = 1000  # speeds at which deviations are measured
 _COARSE = 120  # places that a knot can have
 _STRAIGHT = 1e-9  # relative deviation of a law from a straight line that is rounding
@@ -19,17 +20,17 @@ MOST_POINTS = 100  # fewer than places
 class LawTable:
     """Efforts to hold constant speeds."""
 
-    speed: Float[np.ndarray, " n"]  #: Ascending from 0 [rad/s or m/s], shape (n,).
+    speed: Values  #: Ascending from 0 [rad/s or m/s], shape (n,).
     #: Effort that holds the speed forward [N m or N], shape (n,); the friction with the offset.
-    forward: Float[np.ndarray, " n"]
+    forward: Values
     #: The same backward; negative where friction dominates.
-    backward: Float[np.ndarray, " n"]
+    backward: Values
     error: float  #: Largest deviation of linear interpolation from the law [N m or N].
     #: Speed below which the table leaves the Stribeck effect out [rad/s or m/s]; 0 without one.
     flat_below: float
 
     @property
-    def magnitude(self) -> Float[np.ndarray, " n"]:
+    def magnitude(self) -> Values:
         """Mean of the friction of both directions, without the offset [N m or N], shape (n,)."""
         return 0.5 * (self.forward - self.backward)
 
@@ -81,9 +82,7 @@ def law_table(
     )
 
 
-def _grid(
-    parameters: ExportParameters, least: float, top: float, size: int
-) -> Float[np.ndarray, " n"]:
+def _grid(parameters: ExportParameters, least: float, top: float, size: int) -> Values:
     """Return speeds that resolve the Stribeck effect and the whole range."""
     shapes = [
         value
@@ -95,16 +94,14 @@ def _grid(
     return np.concatenate([[least], speeds[speeds > least]])
 
 
-def _magnitude(
-    parameters: ExportParameters, speed: Float[np.ndarray, " n"], sign: float
-) -> Float[np.ndarray, " n"]:
+def _magnitude(parameters: ExportParameters, speed: Values, sign: float) -> Values:
     """Return the friction against a direction, without the offset [N m or N]."""
     values = {name: value for name, value in parameters.values.items() if name != "offset"}
     direction = np.full(speed.size, sign)
     return sign * law_effort(values, sign * speed, direction)
 
 
-def _knots(grid: Float[np.ndarray, " n"], laws: Float[np.ndarray, "d n"], points: int) -> list[int]:
+def _knots(grid: Values, laws: Float[np.ndarray, "d n"], points: int) -> list[int]:
     """Return the places of knots, for which chords deviate from the laws the least."""
     size = grid.size
     points = min(points, size)
@@ -129,9 +126,7 @@ def _knots(grid: Float[np.ndarray, " n"], laws: Float[np.ndarray, "d n"], points
     return knots[::-1]
 
 
-def _fitted(
-    grid: Float[np.ndarray, " n"], law: Float[np.ndarray, " n"], knots: Float[np.ndarray, " k"]
-) -> Float[np.ndarray, " k"]:
+def _fitted(grid: Values, law: Values, knots: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
     """Return the efforts at knots with the smallest largest deviation, none above at the first."""
     from scipy.optimize import linprog
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stickslip.export.base import (
+    Axes,
     Exporter,
     ExportSettings,
     FileToEdit,
@@ -48,12 +49,7 @@ class TemplateExporter(Exporter):
     template: str
     ending: str = ".py"
 
-    def render(
-        self,
-        axes: Mapping[str, ExportParameters],
-        settings: ExportSettings,
-        into: FileToEdit | None = None,  # noqa: ARG002 - of the protocol
-    ) -> Rendered:
+    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:  # noqa: ARG002 - of the protocol
         """Return the file; see `Exporter.render`."""
         if not self.several:
             only_axis(axes, self.title)

@@ -1,11 +1,10 @@
 """Text of exported files: Jinja2 templates, numbers, and what stands at the head."""
 
 import json
-from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from stickslip.export.base import Exporter, prefix, quantities_used
+from stickslip.export.base import Axes, Exporter, prefix, quantities_used
 from stickslip.export.parameters import ExportParameters
 
 
@@ -57,9 +56,7 @@ def _environment(package: str) -> Any:
     return environment
 
 
-def notes_on(
-    exporter: Exporter, axes: Mapping[str, ExportParameters], *extra: str
-) -> tuple[str, ...]:
+def notes_on(exporter: Exporter, axes: Axes, *extra: str) -> tuple[str, ...]:
     """Return what a target does not represent of some axes, one sentence each."""
     return (
         *(
@@ -75,7 +72,7 @@ def notes_on(
 
 def heading(
     exporter: Exporter,
-    axes: Mapping[str, ExportParameters],
+    axes: Axes,
     notes: tuple[str, ...],
     units: str | None = None,
 ) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 
 from stickslip.export.base import (
     DEFAULT_AXIS,
+    Axes,
     Exporter,
     ExportSettings,
     FileToEdit,
@@ -185,9 +186,7 @@ def _check_options(exporter: Exporter, settings: ExportSettings) -> None:
             raise InputError("option_unused", name=each.name, title=exporter.title)
 
 
-def _named(
-    axes: Mapping[str, ExportParameters], joint: str | None
-) -> Mapping[str, ExportParameters]:
+def _named(axes: Axes, joint: str | None) -> Axes:
     if joint is None:
         return {name or DEFAULT_AXIS: each for name, each in axes.items()}
     if len(axes) != 1:

@@ -23,8 +23,9 @@ Law = TypeVar("Law", bound="BristleFriction")
 class BristleFriction:
     """A friction law whose contact bends before it slips."""
 
-    sliding: CoulombViscousFriction | StribeckFriction  # Friction of steady motion.
-    bristle_stiffness: float = quantity_field("stiffness")  #: sigma_0 [N/m or N m/rad].
+    sliding: CoulombViscousFriction | StribeckFriction  #: Friction of steady motion.
+    #: Rest stiffness sigma_0 [N/m or N m/rad].
+    bristle_stiffness: float = quantity_field("stiffness")
 
     def __post_init__(self) -> None:
         check_magnitudes(self, positive=("bristle_stiffness",))
@@ -78,16 +79,6 @@ class DahlFriction(BristleFriction):
     ``z' = v |1 - sigma_0 z sgn(v)/f_c|^i sgn(1 - sigma_0 z sgn(v)/f_c)``. It never exceeds the
     Coulomb friction, so that there is no static peak, and it does not depend on the speed.
 
-    Attributes
-    ----------
-    sliding
-        Friction of steady motion; its static friction must be its Coulomb friction.
-    bristle_stiffness
-        Rest stiffness sigma_0 [N/m or N m/rad].
-    exponent
-        Shape i of the curve [-], at least 1 (a ductile solid). Below 1 the force reaches its limit
-        with a kink, within a finite travel.
-
     Raises
     ------
     InputError
@@ -102,7 +93,10 @@ class DahlFriction(BristleFriction):
     (1.0, 1.0)
     """
 
+    #: Friction of steady motion; its static friction must be its Coulomb friction.
     sliding: CoulombViscousFriction
+    #: Shape i of the curve [-], at least 1 (a ductile solid). Below 1 the force reaches its limit
+    #: with a kink, within a finite travel.
     exponent: float = 1.0
 
     def __post_init__(self) -> None:
@@ -141,15 +135,6 @@ class LuGreFriction(BristleFriction):
     A known flaw: under an effort that vibrates below the breakaway force it drifts for ever
     (Dupont, Hayward, Armstrong and Altpeter 2002); `ElastoPlasticFriction` does not.
 
-    Attributes
-    ----------
-    sliding
-        Friction of steady motion.
-    bristle_stiffness
-        sigma_0 [N/m or N m/rad].
-    bristle_damping
-        sigma_1 [N s/m or N m s/rad].
-
     Raises
     ------
     InputError
@@ -164,7 +149,8 @@ class LuGreFriction(BristleFriction):
     (1.5, 1.5)
     """
 
-    sliding: StribeckFriction
+    sliding: StribeckFriction  #: Friction of steady motion.
+    #: Damping sigma_1 [N s/m or N m s/rad].
     bristle_damping: float = quantity_field("viscous_friction")
 
     @property
@@ -193,18 +179,6 @@ class ElastoPlasticFriction(BristleFriction):
     ``alpha = 1/2 sin(pi (|z| - (z_ss + z_ba)/2)/(z_ss - z_ba)) + 1/2``. With z_ba = 0 and alpha = 1
     throughout it would be `LuGreFriction`.
 
-    Attributes
-    ----------
-    sliding
-        Friction of steady motion.
-    bristle_stiffness
-        sigma_0 [N/m or N m/rad].
-    bristle_damping
-        sigma_1 [N s/m or N m s/rad].
-    elastic_deflection
-        z_ba, up to which nothing slips [m or rad]; less than the Coulomb friction bends the
-        bristles.
-
     Raises
     ------
     InputError
@@ -220,8 +194,10 @@ class ElastoPlasticFriction(BristleFriction):
     (1.5, 1.5)
     """
 
-    sliding: StribeckFriction
+    sliding: StribeckFriction  #: Friction of steady motion.
+    #: Damping sigma_1 [N s/m or N m s/rad].
     bristle_damping: float = quantity_field("viscous_friction")
+    #: z_ba, up to which nothing slips [m or rad]; less than Coulomb friction bends the bristles.
     elastic_deflection: float = quantity_field("position")
 
     def __post_init__(self) -> None:

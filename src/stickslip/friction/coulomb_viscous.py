@@ -37,33 +37,22 @@ def check_magnitudes(law: Any, *, positive: tuple[str, ...] = ()) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class DirectionalFriction:
-    """Coulomb, static and viscous friction in each direction, and a constant offset.
+    """Coulomb, static and viscous friction in each direction, and a constant offset."""
 
-    Attributes
-    ----------
-    coulomb_friction_positive, coulomb_friction_negative
-        Coulomb friction while moving in either direction [N or N m], not negative.
-    static_friction_positive, static_friction_negative
-        Effort (less the offset) up to which a resting mass stays, towards either direction
-        [N or N m]; at least the Coulomb friction.
-    viscous_friction_positive, viscous_friction_negative
-        Viscous friction in either direction [N s/m or N m s/rad], not negative.
-    offset
-        Constant effort lost whatever the motion [N or N m], any sign.
-
-    Raises
-    ------
-    InputError
-        If a value is not finite, a magnitude is negative, or a static friction is below the
-        Coulomb friction of its direction.
-    """
-
+    #: Coulomb friction while moving in the positive direction [N or N m], not negative.
     coulomb_friction_positive: float = quantity_field("coulomb_friction")
+    #: The same in the negative direction.
     coulomb_friction_negative: float = quantity_field("coulomb_friction")
+    #: Effort (less the offset) up to which a resting mass stays, towards the positive direction
+    #: [N or N m]; at least the Coulomb friction.
     static_friction_positive: float = quantity_field("static_friction")
+    #: The same towards the negative direction.
     static_friction_negative: float = quantity_field("static_friction")
+    #: Viscous friction in the positive direction [N s/m or N m s/rad], not negative.
     viscous_friction_positive: float = quantity_field("viscous_friction")
+    #: The same in the negative direction.
     viscous_friction_negative: float = quantity_field("viscous_friction")
+    #: Constant effort lost whatever the motion [N or N m], any sign.
     offset: float = quantity_field("offset", default=0.0)
 
     def __post_init__(self) -> None:
@@ -135,18 +124,6 @@ class CoulombViscousFriction(DirectionalFriction):
     ``-(f_c- + c- |v|)`` (van de Wijdeven 2002 A Eq. 2.1, per direction). At rest it balances any
     force between ``-f_s-`` and ``f_s+`` (part B Eq. 1). The offset is subtracted from the effort:
     ``inertia * acceleration = effort - offset - friction(velocity)``.
-
-    Attributes
-    ----------
-    coulomb_friction_positive, coulomb_friction_negative
-        Coulomb friction while moving in either direction [N or N m], not negative.
-    static_friction_positive, static_friction_negative
-        Effort (less the offset) up to which a resting mass stays, towards either direction
-        [N or N m]; at least the Coulomb friction.
-    viscous_friction_positive, viscous_friction_negative
-        Viscous friction in either direction [N s/m or N m s/rad], not negative.
-    offset
-        Constant effort lost whatever the motion [N or N m], any sign.
 
     Raises
     ------

@@ -7,6 +7,8 @@ from jaxtyping import Float
 
 from stickslip.records import quantity_name, shared_name
 
+Values = Float[np.ndarray, " n"]
+
 _TERMS = (
     "viscous_friction",
     "coulomb_friction",
@@ -28,10 +30,7 @@ def is_velocity_term(name: str) -> bool:
 
 
 def law_columns(
-    names: Sequence[str],
-    velocity: Float[np.ndarray, " n"],
-    direction: Float[np.ndarray, " n"],
-    values: Mapping[str, float],
+    names: Sequence[str], velocity: Values, direction: Values, values: Mapping[str, float]
 ) -> Float[np.ndarray, "n p"]:
     """Return the effort per unit of each velocity term, and its derivative for one of `SHAPES`.
 
@@ -40,7 +39,7 @@ def law_columns(
     """
     width, slow = values.get("stribeck_velocity", 0.0), values.get("low_speed_velocity", 0.0)
     rise = _near_zero(velocity, width)
-    columns: list[Float[np.ndarray, " n"]] = []
+    columns: list[Values] = []
     for name in names:
         base = quantity_name(name)
         side = {"_positive": 1.0, "_negative": -1.0}.get(name.removeprefix(base), 0.0)
@@ -73,16 +72,12 @@ def law_columns(
     return np.column_stack(columns)
 
 
-def _near_zero(velocity: Float[np.ndarray, " n"], width: float) -> Float[np.ndarray, " n"]:
+def _near_zero(velocity: Values, width: float) -> Values:
     """Return ``exp(-(v / width)^2)``, and 0 without a width."""
     return np.exp(-((velocity / width) ** 2)) if width > 0 else np.zeros(velocity.size)
 
 
-def law_effort(
-    values: Mapping[str, float],
-    velocity: Float[np.ndarray, " n"],
-    direction: Float[np.ndarray, " n"],
-) -> Float[np.ndarray, " n"]:
+def law_effort(values: Mapping[str, float], velocity: Values, direction: Values) -> Values:
     """Return the effort of the law at each velocity [N or N m]; the direction is its sign."""
     names = [n for n in values if is_velocity_term(n) and n not in SHAPES]
     return law_columns(names, velocity, direction, values) @ np.array([values[n] for n in names])

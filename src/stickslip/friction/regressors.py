@@ -8,6 +8,8 @@ from jaxtyping import Float
 from stickslip.friction.stribeck import StribeckEffect
 from stickslip.records import InputError
 
+Values = Float[np.ndarray, " n"]
+
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionTerms:
@@ -18,17 +20,6 @@ class FrictionTerms:
     direction if asked for, plus a constant offset. With a Stribeck effect e(v) it is
     ``(coulomb_friction (1 - e(v)) + static_friction e(v)) d + viscous_friction * v``. Every
     parameter enters linearly.
-
-    Attributes
-    ----------
-    per_direction
-        Whether the frictions differ between the directions.
-    offset
-        Whether a constant offset force is sought. Together with two Coulomb values it could not be
-        separated from their difference.
-    stribeck
-        How the step from static to Coulomb friction fades with speed, if static friction is sought;
-        of several, each has a step of its own above Coulomb friction, named ``step_0`` and so on.
 
     Raises
     ------
@@ -44,8 +35,12 @@ class FrictionTerms:
     ('viscous_friction', 'coulomb_friction', 'static_friction')
     """
 
-    per_direction: bool
+    per_direction: bool  #: Whether the frictions differ between the directions.
+    #: Whether a constant offset force is sought. Together with two Coulomb values it could not be
+    #: separated from their difference.
     offset: bool
+    #: How the step from static to Coulomb friction fades with speed, if static friction is sought;
+    #: of several, each has a step of its own above Coulomb friction, named ``step_0`` and so on.
     stribeck: tuple[StribeckEffect, ...] = ()
 
     def __post_init__(self) -> None:
@@ -80,9 +75,7 @@ class FrictionTerms:
             return tuple(f"{term}_{side}" for term in terms for side in ("positive", "negative"))
         return (*terms, *(("offset",) if self.offset else ()))
 
-    def force_columns(
-        self, velocity: Float[np.ndarray, " n"], direction: Float[np.ndarray, " n"]
-    ) -> Float[np.ndarray, "n p"]:
+    def force_columns(self, velocity: Values, direction: Values) -> Float[np.ndarray, "n p"]:
         """Return the regressor of the friction force (van de Wijdeven 2002 A Eq. 2.1).
 
         From velocities [m/s or rad/s] and directions (-1, 0 or +1).
@@ -93,10 +86,10 @@ class FrictionTerms:
 
     def energy_columns(
         self,
-        velocity_squared: Float[np.ndarray, " n"],
-        path: Float[np.ndarray, " n"],
-        displacement: Float[np.ndarray, " n"],
-        direction: Float[np.ndarray, " n"],
+        velocity_squared: Values,
+        path: Values,
+        displacement: Values,
+        direction: Values,
         velocity: Float[np.ndarray, " n+1"],
     ) -> Float[np.ndarray, "n p"]:
         """Return the regressor of the energy dissipated a sample (van de Wijdeven 2002 A Eq. 4.3).
@@ -116,15 +109,12 @@ class FrictionTerms:
         terms = [velocity_squared, *(path * share for share in self._shares(left))]
         return self._arranged(terms, direction, displacement)
 
-    def _shares(self, left: list[Float[np.ndarray, " n"]]) -> list[Float[np.ndarray, " n"] | float]:
+    def _shares(self, left: list[Values]) -> list[Values | float]:
         """Return what Coulomb friction and what goes with the Stribeck effects is multiplied by."""
         return [1.0 - left[0] if len(left) == 1 else 1.0, *left]
 
     def _arranged(
-        self,
-        terms: list[Float[np.ndarray, " n"]],
-        direction: Float[np.ndarray, " n"],
-        offset: Float[np.ndarray, " n"],
+        self, terms: list[Values], direction: Values, offset: Values
     ) -> Float[np.ndarray, "n p"]:
         """Return the columns in the order of `names`."""
         if self.per_direction:

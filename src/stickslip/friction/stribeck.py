@@ -26,13 +26,6 @@ class StribeckEffect:
     ``exp(-(|v|/v_s)^delta)``, with delta = 1 (Tustin 1947) or delta = 2 (Armstrong-Helouvry 1991);
     between them stands Bo and Pavelescu (1982).
 
-    Attributes
-    ----------
-    velocity
-        Stribeck velocity v_s [m/s or rad/s]: 1/e of the step is left there.
-    shape
-        ``"gaussian"`` (delta = 2) or ``"exponential"`` (delta = 1).
-
     Raises
     ------
     InputError
@@ -44,7 +37,9 @@ class StribeckEffect:
     [1.0, 0.368]
     """
 
+    #: Stribeck velocity v_s [m/s or rad/s]: 1/e of the step is left there.
     velocity: float = quantity_field("stribeck_velocity")
+    #: ``"gaussian"`` (delta = 2) or ``"exponential"`` (delta = 1).
     shape: StribeckShape = "gaussian"
 
     def __post_init__(self) -> None:
@@ -93,13 +88,6 @@ class StribeckFriction(DirectionalFriction):
     1994), mirrored for v < 0, with values of its own in each direction. At rest it balances
     any force between ``-f_s-`` and ``f_s+``, and motion sets in with just that friction.
 
-    Attributes
-    ----------
-    stribeck_velocity
-        Speed at which 1/e of the step from Coulomb to static friction is left [m/s or rad/s].
-    shape
-        ``"gaussian"`` (delta = 2) or ``"exponential"`` (delta = 1).
-
     Raises
     ------
     InputError
@@ -113,7 +101,9 @@ class StribeckFriction(DirectionalFriction):
     [0.0, 1.5, 1.2]
     """
 
+    #: Speed at which 1/e of the step from Coulomb to static friction is left [m/s or rad/s].
     stribeck_velocity: float = quantity_field("stribeck_velocity")
+    #: ``"gaussian"`` (delta = 2) or ``"exponential"`` (delta = 1).
     shape: StribeckShape = "gaussian"
 
     def __post_init__(self) -> None:

@@ -19,13 +19,18 @@ from jaxtyping import Float, Int
 
 from stickslip.compiled import compiled
 
+Vector = Float[np.ndarray, " s"]
+Matrix = Float[np.ndarray, "s s"]
+Inputs = Float[np.ndarray, "n m"]
+Measured = Float[np.ndarray, "n c"]
+
 
 class LinearModel(NamedTuple):
     """A model over each of n samples, and its sensors."""
 
-    A: Float[np.ndarray, "s s"]  # transition
+    A: Matrix  # transition
     B: Float[np.ndarray, "s m"]  # of the inputs, held over a sample
-    Q: Float[np.ndarray, "s s"]  # covariance of the process noise of a sample
+    Q: Matrix  # covariance of the process noise of a sample
     factors: Float[np.ndarray, " n"]  # f, of that covariance
     sensors: Int[np.ndarray, " c"]  # number of the state that each sensor measures
     R: Float[np.ndarray, " c"]  # variance of each sensor's noise
@@ -33,12 +38,7 @@ class LinearModel(NamedTuple):
 
 @compiled(inline=True)
 def predict(
-    A: Float[np.ndarray, "s s"],
-    Q: Float[np.ndarray, "s s"],
-    P: Float[np.ndarray, "s s"],
-    work: Float[np.ndarray, "s s"],
-    states: int = 0,
-    factor: float = 1.0,
+    A: Matrix, Q: Matrix, P: Matrix, work: Matrix, states: int = 0, factor: float = 1.0
 ) -> None:
     """Advance a covariance over a sample in place: P <- A P A' + f Q.
 
@@ -64,13 +64,7 @@ def predict(
 
 
 @compiled(inline=True)
-def update(
-    h: Float[np.ndarray, " s"],
-    R: float,
-    P: Float[np.ndarray, "s s"],
-    gain: Float[np.ndarray, " s"],
-    states: int = 0,
-) -> float:
+def update(h: Vector, R: float, P: Matrix, gain: Vector, states: int = 0) -> float:
     """Condition a covariance on one measurement in place; return the innovation's variance.
 
     S = h' P h + R, K = P h / S, P <- P - K S K'.
@@ -98,13 +92,7 @@ def update(
 
 
 @compiled(inline=True)
-def measure(
-    state: int,
-    R: float,
-    P: Float[np.ndarray, "s s"],
-    gain: Float[np.ndarray, " s"],
-    states: int = 0,
-) -> float:
+def measure(state: int, R: float, P: Matrix, gain: Vector, states: int = 0) -> float:
     """Condition a covariance on a measurement of one state, as `update` with a unit vector h.
 
     S = P_ii + R, K = P_i / S, P <- P - K S K'.
@@ -131,7 +119,7 @@ def _whiten(
     inputs: Float[np.ndarray, "n m q"],
     measured: Float[np.ndarray, "n c q"],
     first: Float[np.ndarray, "s q"],
-    spread: Float[np.ndarray, "s s"],
+    spread: Matrix,
     s: int,
 ) -> tuple[Float[np.ndarray, "n c q"], float]:
     """`whiten` for s states."""
@@ -172,7 +160,7 @@ def whiten(
     inputs: Float[np.ndarray, "n m q"],
     measured: Float[np.ndarray, "n c q"],
     first: Float[np.ndarray, "s q"],
-    spread: Float[np.ndarray, "s s"],
+    spread: Matrix,
 ) -> tuple[Float[np.ndarray, "n c q"], float]:
     """Return normalised innovations (y - h' z) / sqrt(S) of q signals, and the sum of log S.
 
@@ -196,10 +184,10 @@ def whiten(
 @compiled(inline=True)
 def _filter(
     model: LinearModel,
-    inputs: Float[np.ndarray, "n m"],
-    measured: Float[np.ndarray, "n c"],
-    first: Float[np.ndarray, " s"],
-    spread: Float[np.ndarray, "s s"],
+    inputs: Inputs,
+    measured: Measured,
+    first: Vector,
+    spread: Matrix,
     kept: tuple[Float[np.ndarray, "k s"], Float[np.ndarray, "k s s"]],
     s: int,
 ) -> float:
@@ -236,11 +224,7 @@ def _filter(
 
 @compiled()
 def cost(
-    model: LinearModel,
-    inputs: Float[np.ndarray, "n m"],
-    measured: Float[np.ndarray, "n c"],
-    first: Float[np.ndarray, " s"],
-    spread: Float[np.ndarray, "s s"],
+    model: LinearModel, inputs: Inputs, measured: Measured, first: Vector, spread: Matrix
 ) -> float:
     """Return twice the negative log likelihood but for a constant, sum of log S + e^2 / S.
 
@@ -261,7 +245,7 @@ def cost(
 @compiled(inline=True)
 def _smooth(
     model: LinearModel,
-    measured: Float[np.ndarray, "n c"],
+    measured: Measured,
     means: Float[np.ndarray, "n+1 s"],
     spreads: Float[np.ndarray, "n+1 s s"],
     spreads_of: Int[np.ndarray, " q"],
@@ -333,10 +317,10 @@ def _smooth(
 @compiled()
 def smooth(
     model: LinearModel,
-    inputs: Float[np.ndarray, "n m"],
-    measured: Float[np.ndarray, "n c"],
-    first: Float[np.ndarray, " s"],
-    spread: Float[np.ndarray, "s s"],
+    inputs: Inputs,
+    measured: Measured,
+    first: Vector,
+    spread: Matrix,
     spreads_of: Int[np.ndarray, " q"],
 ) -> Float[np.ndarray, "n+1 s+q"]:
     """Return means of the states given all measurements, then standard deviations of some of them.

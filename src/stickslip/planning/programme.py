@@ -24,6 +24,7 @@ from stickslip.numerics.linear_programme import Optimum, minimise
 from stickslip.planning.arm_motion import ArmMotion
 from stickslip.planning.tuning import TUNING
 
+Values = Float[np.ndarray, " n"]
 Objective = Literal["effort", "violation", "reach"]
 
 
@@ -87,8 +88,8 @@ class Programme:
     steps_per_pulse: int
     target: float  # where both masses shall rest
     effort_limit: float  # [N or N m]; all efforts are scaled by it
-    lowest: Float[np.ndarray, " n"]  # bounds of the effort of each pulse [N or N m]
-    highest: Float[np.ndarray, " n"]
+    lowest: Values  # bounds of the effort of each pulse [N or N m]
+    highest: Values
     least_velocity: float  # of the first mass between begin and end
 
     @property
@@ -128,11 +129,11 @@ class Programme:
         edges = np.linspace(0, self.pulses, min(count, self.pulses) + 1).astype(np.intp)
         return np.unique(np.concatenate([edges, [1, self.pulses - 1]]))
 
-    def states(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, "k 4"]:
+    def states(self, effort: Values) -> Float[np.ndarray, "k 4"]:
         """Return the states at every step under the efforts of the pulses."""
         return self.motion.states(np.repeat(effort, self.steps_per_pulse))
 
-    def minima(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, "r 3"]:
+    def minima(self, effort: Values) -> Float[np.ndarray, "r 3"]:
         """Return the local minima of the first mass's velocity between begin and end."""
         return self.motion.minima(np.repeat(effort, self.steps_per_pulse), self.states(effort))
 
@@ -209,9 +210,9 @@ class Programme:
         instants: Float[np.ndarray, "r 2"],
         size: Float[np.ndarray, " r"],
         optimum: Optimum,
-        z: Float[np.ndarray, " n"],
+        z: Values,
         velocity: Float[np.ndarray, " k"],
-    ) -> tuple[float, Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
+    ) -> tuple[float, Values, Int[np.ndarray, " n"]]:
         """Return what the cost cannot be less than at full rate, and what each pulse could gain.
 
         Any prices bound the cost. Those spread over rests are the better ones while blocks are
@@ -228,11 +229,8 @@ class Programme:
         return best, gains, wish
 
     def _gains(
-        self,
-        objective: Objective,
-        z: Float[np.ndarray, " n"],
-        price: Float[np.ndarray, " n"],
-    ) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
+        self, objective: Objective, z: Values, price: Values
+    ) -> tuple[Values, Int[np.ndarray, " n"]]:
         """Return for each pulse how much cost it could save at the prices found, and by what.
 
         What it would choose is the lowest effort (0), the one of least magnitude (1) or the highest
@@ -252,7 +250,7 @@ class Programme:
         optimum: Optimum,
         velocity: Float[np.ndarray, " k"],
         near: float,
-    ) -> tuple[Float[np.ndarray, " n"], float]:
+    ) -> tuple[Values, float]:
         """Return what effort is worth in each pulse, and by how much these prices bound less."""
         R, _ = self.terminal
         active = np.flatnonzero(optimum.at_most_price < 0.0)
@@ -278,7 +276,7 @@ class Programme:
 class Solution(NamedTuple):
     """The result of rounds of programmes."""
 
-    effort: Float[np.ndarray, " n"] | None  # of every pulse [N or N m]; None without a solution
+    effort: Values | None  # of every pulse [N or N m]; None without a solution
     cost: float  # mean of |u| over the effort limit
     bound: float  # what the cost cannot be less than
     edges: Int[np.ndarray, " b"]  # blocks at the end, to continue from
@@ -296,7 +294,7 @@ REFUTED = Solution(None, math.inf, 0.0, *_NONE, refuted=True)
 """What bounds without a programme have proven to have no solution."""
 
 
-def landed(programme: Programme, solution: Solution) -> Float[np.ndarray, " n"]:
+def landed(programme: Programme, solution: Solution) -> Values:
     """Return a solution's efforts with the rounding errors of the final state taken out."""
     effort = np.zeros(programme.pulses) if solution.effort is None else solution.effort
     R, sums = programme.terminal
@@ -323,7 +321,7 @@ def solve(
     else:
         edges, instants = begin.edges, begin.instants
     bound, cost, refuted = 0.0, np.inf, False
-    effort: Float[np.ndarray, " n"] | None = None
+    effort: Values | None = None
     objective: Objective = "effort"
     optimum, done = None, 0
     for _ in range(TUNING.max_rounds):
@@ -402,7 +400,7 @@ def _singly(
 
 
 def _divided(
-    edges: Int[np.ndarray, " b"], gains: Float[np.ndarray, " n"], wish: Int[np.ndarray, " n"]
+    edges: Int[np.ndarray, " b"], gains: Values, wish: Int[np.ndarray, " n"]
 ) -> Int[np.ndarray, " finer"]:
     """Return finer blocks: those with most to gain are cut where their pulses disagree."""
     by_block = np.add.reduceat(gains, edges[:-1])

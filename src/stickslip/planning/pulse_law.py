@@ -33,19 +33,6 @@ class PulseLaw:
 
     Every method takes numbers or arrays, which are broadcast, and returns an array of that shape.
 
-    Attributes
-    ----------
-    mass
-        [kg or kg m^2].
-    coulomb_friction
-        While moving in this direction [N or N m].
-    viscous_friction
-        In this direction [N s/m or N m s/rad]; 0 for Eq. 2.
-    static_friction
-        What the effort must exceed to free the mass [N or N m]; the Coulomb friction if None.
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-
     Raises
     ------
     InputError
@@ -64,11 +51,14 @@ class PulseLaw:
     '1.3e-05'
     """
 
-    mass: float = quantity_field("mass")
+    mass: float = quantity_field("mass")  #: [kg or kg m^2].
+    #: While moving in this direction [N or N m].
     coulomb_friction: float = quantity_field("coulomb_friction")
+    #: In this direction [N s/m or N m s/rad]; 0 for Eq. 2.
     viscous_friction: float = quantity_field("viscous_friction")
+    #: What the effort must exceed to free the mass [N or N m]; the Coulomb friction if None.
     static_friction: float | None = quantity_field("static_friction", default=None)
-    kind: AxisKind = "linear"
+    kind: AxisKind = "linear"  #: ``"linear"`` or ``"rotary"``; decides the units.
 
     def __post_init__(self) -> None:
         one_of("kind", self.kind, ("linear", "rotary"))

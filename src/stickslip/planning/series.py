@@ -145,38 +145,6 @@ class PulseSeriesPlanner:
     limit, and the first one frees mass 1. What is minimised is the impulse, the time integral of
     the effort's magnitude. At the end the spring is relaxed, and static friction holds mass 1.
 
-    Attributes
-    ----------
-    arm
-        Masses, spring and friction that it plans with.
-    sampling_time
-        [s].
-    effort_limit
-        Largest magnitude of effort.
-    pulse_samples
-        Samples in each pulse, over which the effort is held; 1 is full rate.
-    slowest
-        Least speed of mass 1 on the way, as a share of the mean speed of the move [-]. It keeps
-        rounding errors from stopping mass 1.
-    excess
-        By which share the time may exceed the shortest one, where the number of pulses is not given
-        [-]. With 0.1, and a wide impulse gap, a plan takes a fifth of the work that it takes with
-        0. The work of a search is bounded: where that is not enough for a proof, a series may be
-        longer, and `PulseSeries.least_duration` is what is proven of the shortest time.
-    impulse_gap
-        By which share the impulse may exceed the least one [-]. Very near to the shortest time
-        less may be proven; `PulseSeries.least_impulse` is what is proven.
-    rest_on_the_way
-        Whether mass 1 shall rest where it would only creep while mass 2 swings over, as it does in
-        most series of about the shortest time. Held by static friction it does not gather the
-        error of a friction that differs from the plan.
-    longest
-        Duration that no series may exceed where the number of pulses is not given; None for ten
-        times a rough guess of the shortest.
-    losses
-        Of the load, whose Coulomb friction opposes motion towards the target; with any, less is
-        proven of the shortest time.
-
     Raises
     ------
     InputError
@@ -197,15 +165,30 @@ class PulseSeriesPlanner:
     (6, 6.0)
     """
 
-    arm: FlexibleArm
-    sampling_time: float = quantity_field("sampling_time")
-    effort_limit: float = quantity_field("effort")
-    pulse_samples: int = 1
+    arm: FlexibleArm  #: Masses, spring and friction that it plans with.
+    sampling_time: float = quantity_field("sampling_time")  #: [s].
+    effort_limit: float = quantity_field("effort")  #: Largest magnitude of effort.
+    pulse_samples: int = 1  #: Samples in each pulse, over which the effort is held; 1 is full rate.
+    #: Least speed of mass 1 on the way, as a share of the mean speed of the move [-]. It keeps
+    #: rounding errors from stopping mass 1.
     slowest: float = 1e-3
+    #: By which share the time may exceed the shortest one, where the number of pulses is not given
+    #: [-]. With 0.1, and a wide impulse gap, a plan takes a fifth of the work that it takes with 0.
+    #: The work of a search is bounded: where that is not enough for a proof, a series may be
+    #: longer, and `PulseSeries.least_duration` is what is proven of the shortest time.
     excess: float = 0.0
+    #: By which share the impulse may exceed the least one [-]. Very near to the shortest time less
+    #: may be proven; `PulseSeries.least_impulse` is what is proven.
     impulse_gap: float = 0.02
+    #: Whether mass 1 shall rest where it would only creep while mass 2 swings over, as it does in
+    #: most series of about the shortest time. Held by static friction it does not gather the error
+    #: of a friction that differs from the plan.
     rest_on_the_way: bool = False
+    #: Duration that no series may exceed where the number of pulses is not given; None for ten
+    #: times a rough guess of the shortest.
     longest: float | None = quantity_field("time", default=None)
+    #: Of the load, whose Coulomb friction opposes motion towards the target; with any, less is
+    #: proven of the shortest time.
     losses: LoadLosses = NO_LOSSES
 
     def __post_init__(self) -> None:

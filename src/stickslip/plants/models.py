@@ -22,15 +22,6 @@ class SingleMass(Generic[Law_co]):
     ``mass * acceleration = effort - offset - friction(velocity)``; at rest it stays while the
     effort less the offset is within the static friction. Its state is ``(position, velocity)``.
 
-    Attributes
-    ----------
-    mass
-        Moving mass [kg], or inertia [kg m^2] of a rotary axis.
-    friction
-        The friction law: any of `stickslip.friction`.
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-
     Raises
     ------
     InputError
@@ -43,9 +34,9 @@ class SingleMass(Generic[Law_co]):
     150.0
     """
 
-    mass: float = quantity_field("mass")
-    friction: Law_co
-    kind: AxisKind = "linear"
+    mass: float = quantity_field("mass")  #: Moving mass [kg], or inertia [kg m^2] of a rotary axis.
+    friction: Law_co  #: The friction law: any of `stickslip.friction`.
+    kind: AxisKind = "linear"  #: ``"linear"`` or ``"rotary"``; decides the units.
     flexible: ClassVar[bool] = False
     parameter_names: ClassVar[tuple[str, ...]] = ("mass",)
     state_names: ClassVar[tuple[str, ...]] = ("position", "velocity")
@@ -67,17 +58,6 @@ class FlexibleArm(Generic[Law_co]):
     effort less offset less spring force is within the static friction. The second mass has no
     friction. Its state is ``(position, velocity, load_position, load_velocity)``.
 
-    Attributes
-    ----------
-    mass_1, mass_2
-        Driven mass and load [kg], or inertias [kg m^2] of a rotary axis.
-    stiffness
-        Of the spring [N/m or N m/rad].
-    friction
-        The friction law of the driven mass: any of `stickslip.friction`.
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-
     Raises
     ------
     InputError
@@ -90,11 +70,12 @@ class FlexibleArm(Generic[Law_co]):
     'linear'
     """
 
+    #: Driven mass [kg], or inertia [kg m^2] of a rotary axis.
     mass_1: float = quantity_field("mass")
-    mass_2: float = quantity_field("mass")
-    stiffness: float = quantity_field("stiffness")
-    friction: Law_co
-    kind: AxisKind = "linear"
+    mass_2: float = quantity_field("mass")  #: Load [kg], or inertia [kg m^2] of a rotary axis.
+    stiffness: float = quantity_field("stiffness")  #: Of the spring [N/m or N m/rad].
+    friction: Law_co  #: The friction law of the driven mass: any of `stickslip.friction`.
+    kind: AxisKind = "linear"  #: ``"linear"`` or ``"rotary"``; decides the units.
     flexible: ClassVar[bool] = True
     parameter_names: ClassVar[tuple[str, ...]] = ("mass_1", "mass_2", "stiffness")
     state_names: ClassVar[tuple[str, ...]] = (

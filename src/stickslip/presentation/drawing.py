@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import matplotlib.figure
 
 Trace = dict[str, Any]
+Values = Float[np.ndarray, " n"]
 
 # The palette of Okabe and Ito: its colours stay apart under every common colour blindness. Lines
 # that share a panel differ in dash or width as well, so that a grey print can be read.
@@ -67,16 +68,14 @@ class Plot:
         return drawn(self)
 
 
-def numbers(values: Float[np.ndarray, " n"]) -> list[float | None]:
+def numbers(values: Values) -> list[float | None]:
     """Return values as JSON numbers with the digits a drawing needs; NaN becomes a gap."""
     return [
         float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None for value in values.tolist()
     ]
 
 
-def thin(
-    values: Float[np.ndarray, " n"], *, most: int = MOST_POINTS
-) -> Int[np.ndarray, " m"] | slice:
+def thin(values: Values, *, most: int = MOST_POINTS) -> Int[np.ndarray, " m"] | slice:
     """Choose the samples of a long series to draw, most of them where it changes.
 
     Of each stretch the extremes are kept, and where it begins and ends, so that what rests is drawn
@@ -109,7 +108,7 @@ def thinned_text(samples: int) -> str:
     )
 
 
-def _edges(known: Float[np.ndarray, " n"], stretches: int) -> Int[np.ndarray, " e"]:
+def _edges(known: Values, stretches: int) -> Int[np.ndarray, " e"]:
     """Part a series, NaN where there is none, into so many stretches at most.
 
     Half of them are of one length, half are where it changes most.
@@ -145,13 +144,7 @@ class Look(NamedTuple):
         return {"color": self.colour, "dash": self.dash, "width": self.width, **more}
 
 
-def line(
-    x: Float[np.ndarray, " n"],
-    y: Float[np.ndarray, " n"],
-    name: str,
-    look: Look,
-    row: int = 1,
-) -> Trace:
+def line(x: Values, y: Values, name: str, look: Look, row: int = 1) -> Trace:
     """Return a series to draw, thinned if it is long."""
     chosen = thin(y)
     return _trace(
@@ -160,11 +153,7 @@ def line(
 
 
 def level(
-    ends: Sequence[float] | Float[np.ndarray, " n"],
-    value: float,
-    name: str,
-    look: Look,
-    row: int = 1,
+    ends: Sequence[float] | Values, value: float, name: str, look: Look, row: int = 1
 ) -> Trace:
     """Return a horizontal line from the first to the last of some values."""
     along = np.array([ends[0], ends[-1]], dtype=np.float64)
@@ -172,8 +161,8 @@ def level(
 
 
 def markers(
-    x: Sequence[float] | Float[np.ndarray, " n"],
-    y: Sequence[float | str] | Float[np.ndarray, " n"],
+    x: Sequence[float] | Values,
+    y: Sequence[float | str] | Values,
     name: str,
     look: Mapping[str, Any],
     **settings: Any,
@@ -184,12 +173,7 @@ def markers(
     return _trace(name, 1, mode="markers", x=along, y=across, marker=dict(look), **settings)
 
 
-def bars_across(
-    values: Float[np.ndarray, " n"],
-    low: Float[np.ndarray, " n"],
-    high: Float[np.ndarray, " n"],
-    colour: str,
-) -> dict[str, Any]:
+def bars_across(values: Values, low: Values, high: Values, colour: str) -> dict[str, Any]:
     """Return horizontal error bars, as plotly takes them."""
     reach = {"array": numbers(high - values), "arrayminus": numbers(values - low)}
     return {"type": "data", "symmetric": False, **reach, "color": colour, "thickness": 1.6}
@@ -228,14 +212,7 @@ def _upright(x0: float, x1: float) -> dict[str, Any]:
     return {"xref": "x", "yref": "paper", "x0": x0, "x1": x1, "y0": 0, "y1": 1}
 
 
-def band(
-    x: Float[np.ndarray, " n"],
-    low: Float[np.ndarray, " n"],
-    high: Float[np.ndarray, " n"],
-    *,
-    name: str,
-    row: int = 1,
-) -> list[Trace]:
+def band(x: Values, low: Values, high: Values, *, name: str, row: int = 1) -> list[Trace]:
     """Shade between two curves; where either is not finite the shading is interrupted."""
     finite = np.isfinite(low) & np.isfinite(high) & np.isfinite(x)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], finite.astype(np.int8), [0]))))

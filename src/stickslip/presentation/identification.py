@@ -6,16 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from stickslip.presentation import drawing as draw
-from stickslip.presentation.drawing import (
-    Look,
-    Plot,
-    axis,
-    band,
-    layout,
-    line,
-    quantity_axis,
-    symbol,
-)
+from stickslip.presentation.drawing import Look, Plot, axis, layout, line, quantity_axis
 from stickslip.presentation.page import (
     Block,
     Fact,
@@ -132,7 +123,7 @@ def parameter_table(found: Identification) -> Table:
     ]
     rows: list[list[str | Cell]] = []
     for name, parameter in estimate.parameters.items():
-        row = [Cell(parameter_label(name), symbol=symbol(name)), *value_texts(parameter)]
+        row = [Cell(parameter_label(name), symbol=draw.symbol(name)), *value_texts(parameter)]
         row.append(unit_text(parameter.unit))
         if truth is not None:
             true, value = truth.get(name), parameter.value
@@ -332,7 +323,7 @@ def curve_plot(curve: FrictionCurve, found: Identification) -> Plot:
         ),
         traces=[
             cloud,
-            *band(law, curve.band_low, curve.band_high, name=name),
+            *draw.band(law, curve.band_low, curve.band_high, name=name),
             line(law, curve.fitted_friction, fitted, Look(draw.BLUE, 2.4)),
         ],
         layout=layout(
@@ -398,7 +389,7 @@ def evolution_plots(
         label, unit = parameter_label(name), unit_text(estimate.unit(name))
         true = None if truth is None else truth.get(name)
         traces = [
-            *band(time, values - widths, values + widths, name="95 % interval"),
+            *draw.band(time, values - widths, values + widths, name="95 % interval"),
             line(time, values, "estimate", Look(draw.BLUE, 2.2)),
         ]
         if true is not None:
@@ -452,7 +443,9 @@ def residual_plots(residuals: Residuals, found: Identification) -> list[Plot]:
     stems[0::3] = stems[1::3] = lag
     heights[0::3], heights[1::3] = 0.0, residuals.autocorrelation
     ends = np.array([0.0, float(lag[-1])])
-    white = band(ends, np.full(2, -bound), np.full(2, bound), name="95 % band of a white residual")
+    white = draw.band(
+        ends, np.full(2, -bound), np.full(2, bound), name="95 % band of a white residual"
+    )
     correlation = Plot(
         anchor="correlation-plot",
         alternative=(

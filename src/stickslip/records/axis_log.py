@@ -57,32 +57,6 @@ class AxisLog(Record):
 
     ``effort[k]`` is held from ``time[k]`` to ``time[k+1]`` (zero-order hold).
 
-    Attributes
-    ----------
-    name
-        Name of the axis.
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-    time
-        Time stamps, shape (n,), strictly increasing.
-    effort
-        Force or torque on the (first) mass, shape (n,).
-    measured_position
-        Position of the (first) mass, shape (n,).
-    measured_velocity
-        Its velocity, shape (n,), or None if it was not measured.
-    measured_load_position, measured_load_velocity
-        Position and velocity of the second mass of a flexible arm, shape (n,), or None.
-    model_effort
-        Effort at each time stamp, shape (n,), by which a model of the machine explains ``effort``
-        beyond inertia and friction of the axis, as gravity and other joints cause it; or None. It
-        does not contain the torque of a constant inertia.
-    effort_unit
-        ``"A"`` or ``"%"`` for an effort that is not converted to a force or torque: all
-        results then have units made of it, such as A s/rad. Empty for SI.
-    source
-        Where the log came from, or None if it was made in memory.
-
     Raises
     ------
     InputError
@@ -99,21 +73,32 @@ class AxisLog(Record):
 
     json_form = ("name samples sampling_time duration",)
 
-    name: str
-    kind: AxisKind
+    name: str  #: Name of the axis.
+    kind: AxisKind  #: ``"linear"`` or ``"rotary"``; decides the units.
+    #: Time stamps, shape (n,), strictly increasing.
     time: Float[np.ndarray, " n"] = quantity_field("time")
+    #: Force or torque on the (first) mass, shape (n,).
     effort: Float[np.ndarray, " n"] = quantity_field("effort")
+    #: Position of the (first) mass, shape (n,).
     measured_position: Float[np.ndarray, " n"] = quantity_field("position")
+    #: Its velocity, shape (n,), or None if it was not measured.
     measured_velocity: Float[np.ndarray, " n"] | None = quantity_field("velocity", default=None)
+    #: Position of the second mass of a flexible arm, shape (n,), or None.
     measured_load_position: Float[np.ndarray, " n"] | None = quantity_field(
         "position", default=None
     )
+    #: Its velocity, shape (n,), or None.
     measured_load_velocity: Float[np.ndarray, " n"] | None = quantity_field(
         "velocity", default=None
     )
+    #: Effort at each time stamp, shape (n,), by which a model of the machine explains ``effort``
+    #: beyond inertia and friction of the axis, as gravity and other joints cause it; or None. It
+    #: does not contain the torque of a constant inertia.
     model_effort: Float[np.ndarray, " n"] | None = quantity_field("effort", default=None)
+    #: ``"A"`` or ``"%"`` for an effort that is not converted to a force or torque: all results then
+    #: have units made of it, such as A s/rad. Empty for SI.
     effort_unit: EffortUnit = ""
-    source: LogSource | None = None
+    source: LogSource | None = None  #: Where the log came from, or None if it was made in memory.
 
     def __post_init__(self) -> None:
         one_of("kind", self.kind, get_args(AxisKind))

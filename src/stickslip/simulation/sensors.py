@@ -72,20 +72,6 @@ class Sensors:
     samples over the sampling time. Every channel has a delay of whole samples; until its first
     sample is there it shows that of time 0.
 
-    Attributes
-    ----------
-    position_noise, velocity_noise
-        Standard deviation of white Gaussian noise on every position and on every measured
-        velocity [m or rad, m/s or rad/s].
-    encoder_step
-        Step of the position encoders [m or rad]; 0 for none.
-    velocity
-        ``"measured"``, or ``"differences"`` of position samples, or ``"none"``.
-    delay
-        Delay of every channel in whole samples.
-    load
-        Whether the second mass of a flexible arm has sensors too.
-
     Raises
     ------
     InputError
@@ -99,12 +85,16 @@ class Sensors:
     (0.0, 0)
     """
 
+    #: Standard deviation of white Gaussian noise on every position [m or rad].
     position_noise: float = quantity_field("position", default=0.0)
+    #: Standard deviation of white Gaussian noise on every measured velocity [m/s or rad/s].
     velocity_noise: float = quantity_field("velocity", default=0.0)
+    #: Step of the position encoders [m or rad]; 0 for none.
     encoder_step: float = quantity_field("position", default=0.0)
+    #: ``"measured"``, or ``"differences"`` of position samples, or ``"none"``.
     velocity: Literal["measured", "differences", "none"] = "measured"
-    delay: int = 0
-    load: bool = True
+    delay: int = 0  #: Delay of every channel in whole samples.
+    load: bool = True  #: Whether the second mass of a flexible arm has sensors too.
 
     def __post_init__(self) -> None:
         for name in ("position_noise", "velocity_noise", "encoder_step"):

@@ -40,7 +40,6 @@ def reproduced(tmp_path_factory: pytest.TempPathFactory) -> Reproduced:
 def levels(log: AxisLog) -> tuple[np.ndarray, np.ndarray]:
     """Return y and W as printed (Eqs. 4.3, 4.4), in plain numpy."""
     assert log.measured_velocity is not None
-    assert log.measured_load_position is not None
     assert log.measured_load_velocity is not None
     T, v, v2 = log.sampling_time, log.measured_velocity, log.measured_load_velocity
     stretch = log.measured_position - log.measured_load_position
@@ -85,7 +84,6 @@ def test_no_peak_without_noise_is_cut_off(reproduced: Reproduced) -> None:
     for number in ("6.3", "6.8"):
         for panel in figures[number].panels[::2]:
             assert panel.curves[0].label == "without noise"
-            assert panel.y_range is not None
             assert np.max(np.abs(panel.curves[0].y)) < panel.y_range[1]
 
 
@@ -194,7 +192,6 @@ def test_the_feedback_correlates_its_input_with_noise_as_its_gains_say() -> None
     T = surrogate.SAMPLING_TIME
     state = estimator.init(sampling_time=T)
     controller = feedback_controller(estimator, state)
-    assert controller.notch is not None
     straight = controller.notch.coefficients(T).b0
     samples = round(surrogate.DURATION / T)
     found = np.array(

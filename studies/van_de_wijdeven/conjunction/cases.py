@@ -19,21 +19,13 @@ _NOISE_BOUND = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """Under which conditions arms are to land.
+    """Under which conditions arms are to land."""
 
-    Attributes
-    ----------
-    name
-        In words.
-    position_noise, velocity_noise
-        Standard deviations of one sample of either mass.
-    parameter_error
-        By which part of the truth both masses and the spring are guessed wrong [-].
-    """
-
-    name: str
+    name: str  #: In words.
+    #: Standard deviations of one sample of either mass.
     position_noise: float = quantity_field("position", default=0.0)
     velocity_noise: float = quantity_field("velocity", default=0.0)
+    #: By which part of the truth both masses and the spring are guessed wrong [-].
     parameter_error: float = 0.0
 
     def bound(self, move: float) -> float:

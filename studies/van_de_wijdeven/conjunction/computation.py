@@ -31,29 +31,8 @@ def reproduce_conjunction(
     random arms. Writes ``conjunction.html``, ``conjunction.json`` and a PNG file for each of five
     figures into the folder, all of them or none.
 
-    Parameters
-    ----------
-    folder
-        Where the files go; made if it is missing.
-    arms
-        On how many random arms each controller is tried. The figures and claims do not depend on
-        it.
-    seed
-        Of these arms and of all noise.
-    workers
-        How many pieces are worked on at once; None takes one for each processor.
-    progress
-        Called with the number of pieces of work that are done, and of all.
-
-    Returns
-    -------
-    What was reproduced, and the files.
-
-    Raises
-    ------
-    InputError
-        If no folder is named, there is no arm, the seed is negative, there is no worker, or
-        nothing can be written in the folder.
+    ``arms`` is on how many random arms each controller is tried, and ``seed`` of these arms and of
+    all noise; the figures and claims do not depend on ``arms``. All else as `reproduce_part_a`.
     """
     whole("arms", arms, least=1)
     seed, workers = whole("seed", seed), checked_workers(workers)

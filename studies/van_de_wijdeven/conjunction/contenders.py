@@ -115,18 +115,10 @@ def _pd_and_notch(leg: Leg) -> FeedbackController:
 
 @dataclass(frozen=True, kw_only=True)
 class PIDTuning:
-    """PID on the driven mass, its poles placed for a rigid axis of the whole mass.
+    """PID on the driven mass, its poles placed for a rigid axis of the whole mass."""
 
-    Attributes
-    ----------
-    frequency
-        Of the double pole, over that of mass 2 on its spring [-].
-    integral
-        The third pole over the other two [-].
-    """
-
-    frequency: float
-    integral: float
+    frequency: float  #: Of the double pole, over that of mass 2 on its spring [-].
+    integral: float  #: The third pole over the other two [-].
 
     def __call__(self, leg: Leg) -> PIDController:
         """Return the controller: its characteristic polynomial is (s + w)^2 (s + b w)."""
@@ -146,18 +138,11 @@ class PIDTuning:
 
 @dataclass(frozen=True, kw_only=True)
 class ZeroVibrationTuning:
-    """Zero vibration, its feedback a double pole of mass 1 alone.
+    """Zero vibration, its feedback a double pole of mass 1 alone."""
 
-    Attributes
-    ----------
-    friction
-        ``"known"`` is the truth, ``"guessed"`` the first guess; where there is none, no friction.
-    frequency
-        Of the double pole [rad/s].
-    """
-
+    #: ``"known"`` is the truth, ``"guessed"`` the first guess; where there is none, no friction.
     friction: Literal["known", "guessed"]
-    frequency: float
+    frequency: float  #: Of the double pole [rad/s].
 
     def __call__(self, leg: Leg) -> ZeroVibrationController:
         """Return the controller."""

@@ -56,28 +56,15 @@ class Estimates(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Landing:
-    """A landing there and back.
+    """A landing there and back."""
 
-    Attributes
-    ----------
-    case
-        Its sensors.
-    motion
-        The truth.
-    phases, flights
-        Of the controller, of both moves.
-    estimates
-        Along it.
-    outcomes
-        Of each move.
-    """
-
-    case: Case
-    motion: SimulatedMotion
+    case: Case  #: Its sensors.
+    motion: SimulatedMotion  #: The truth.
+    #: Of the controller, of both moves.
     phases: tuple[Phase, ...]
     flights: tuple[Flight, ...]
-    estimates: tuple[Estimates, ...]
-    outcomes: tuple[PositioningOutcome, ...]
+    estimates: tuple[Estimates, ...]  #: Along it.
+    outcomes: tuple[PositioningOutcome, ...]  #: Of each move.
 
     @property
     def states(self) -> Float[np.ndarray, "n 4"]:
@@ -122,22 +109,15 @@ class Landing:
 
 @dataclass(frozen=True, kw_only=True)
 class LandingEvidence:
-    """What was measured of landings.
+    """What was measured of landings."""
 
-    Attributes
-    ----------
-    exact, noisy
-        Without and with sensor noise.
-    rivals
-        What others leave of the first move, without noise, by name.
-    feedback_errors
-        How far from the target the feedback of a landing leaves mass 1 when it is sent there
-        itself, without and with noise [m].
-    """
-
+    #: Without and with sensor noise.
     exact: Landing
     noisy: Landing
+    #: How far from the target the feedback of a landing leaves mass 1 when it is sent there itself,
+    #: without and with noise [m].
     feedback_errors: tuple[float, ...]
+    #: What others leave of the first move, without noise, by name.
     rivals: Mapping[str, MoveOutcome]
 
 

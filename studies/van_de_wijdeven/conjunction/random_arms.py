@@ -38,27 +38,13 @@ _MOVES = 2
 
 @dataclass(frozen=True, kw_only=True)
 class RandomArm:
-    """An arm at rest at 0, where it shall go, and the guess of a controller.
+    """An arm at rest at 0, where it shall go, and the guess of a controller."""
 
-    Attributes
-    ----------
-    arm
-        The truth.
-    guessed_friction
-        First guess of its friction, or None.
-    targets
-        Where it shall land, one after the other [m].
-    effort_limit
-        Largest magnitude of the effort [N].
-    seed
-        Of the sensors' noise, and of what else is drawn for this arm.
-    """
-
-    arm: FlexibleArm
-    guessed_friction: CoulombViscousFriction | None
-    targets: tuple[float, ...]
-    effort_limit: float = quantity_field("effort")
-    seed: int
+    arm: FlexibleArm  #: The truth.
+    guessed_friction: CoulombViscousFriction | None  #: First guess of its friction, or None.
+    targets: tuple[float, ...]  #: Where it shall land, one after the other [m].
+    effort_limit: float = quantity_field("effort")  #: Largest magnitude of the effort [N].
+    seed: int  #: Of the sensors' noise, and of what else is drawn for this arm.
 
     @property
     def ways(self) -> tuple[float, ...]:

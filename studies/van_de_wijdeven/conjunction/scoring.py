@@ -37,22 +37,15 @@ _SERIES = 4
 
 @dataclass(frozen=True, kw_only=True)
 class Leg:
-    """A move that a rival is to make.
+    """A move that a rival is to make."""
 
-    Attributes
-    ----------
-    arm, case
-        Of which arm, and under which conditions.
-    start, target
-        From where, to where.
-    learned
-        In the moves before, by a controller of pulses; None in the first and by others.
-    """
-
+    #: Of which arm, and under which conditions.
     arm: RandomArm
     case: Case
+    #: From where, to where.
     start: float = quantity_field("position")
     target: float = quantity_field("position")
+    #: In the moves before, by a controller of pulses; None in the first and by others.
     learned: LearnedPulses | None
 
     @property
@@ -72,38 +65,22 @@ Rival = Callable[[Leg], Controller[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class MoveOutcome:
-    """How one move of one arm ended.
+    """How one move of one arm ended."""
 
-    Attributes
-    ----------
-    error_1, error_2
-        The farthest that either mass was from the target while watched, over the move [1].
-    swing
-        Largest amplitude of mass 2 about mass 1 while watched, over the move [1].
-    landed
-        Whether both errors were within the bound.
-    time
-        From which on they were [s]; None if they were not.
-    series
-        That were fired; None for a controller that knows none.
-    said
-        Whether the controller itself says that it has landed; None if it cannot tell.
-    farthest
-        The farthest that either mass ever was from the way between start and target, over the
-        move [1].
-    peak_effort
-        Over the limit [1].
-    """
-
+    #: The farthest that either mass was from the target while watched, over the move [1].
     error_1: float
     error_2: float
-    swing: float
-    landed: bool
+    swing: float  #: Largest amplitude of mass 2 about mass 1 while watched, over the move [1].
+    landed: bool  #: Whether both errors were within the bound.
+    #: From which on they were [s]; None if they were not.
     time: float | None = quantity_field("time")
-    series: int | None = None
+    series: int | None = None  #: That were fired; None for a controller that knows none.
+    #: Whether the controller itself says that it has landed; None if it cannot tell.
     said: bool | None = None
+    #: The farthest that either mass ever was from the way between start and target, over the move
+    #: [1].
     farthest: float
-    peak_effort: float
+    peak_effort: float  #: Over the limit [1].
 
 
 class _Motion(NamedTuple):

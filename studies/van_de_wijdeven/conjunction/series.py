@@ -47,39 +47,21 @@ State = tuple[float, float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Planned:
-    """A series and its true motion.
+    """A series and its true motion."""
 
-    Attributes
-    ----------
-    series
-        As planned.
-    motion
-        What the arm as guessed does, simulated exactly, and for a while after it.
-    numbers
-        What a table holds of it.
-    """
-
-    series: PulseSeries
+    series: PulseSeries  #: As planned.
+    #: What the arm as guessed does, simulated exactly, and for a while after it.
     motion: SimulatedMotion
-    numbers: ReferenceSeries
+    numbers: ReferenceSeries  #: What a table holds of it.
 
 
 @dataclass(frozen=True, kw_only=True)
 class SeriesEvidence:
-    """What was measured of series by themselves.
+    """What was measured of series by themselves."""
 
-    Attributes
-    ----------
-    planned
-        The series of the reference points.
-    effects
-        Of friction that is not as guessed.
-    successive
-        Successive series, with constant and with updated estimates.
-    """
-
-    planned: tuple[Planned, ...]
-    effects: tuple[FrictionErrorEffect, ...]
+    planned: tuple[Planned, ...]  #: The series of the reference points.
+    effects: tuple[FrictionErrorEffect, ...]  #: Of friction that is not as guessed.
+    #: Successive series, with constant and with updated estimates.
     successive: tuple[SuccessiveSeries, ...]
 
 

@@ -30,17 +30,11 @@ _RIVAL_CASES = (EXACT, NOISY, WRONG)
 
 @dataclass(frozen=True, kw_only=True)
 class ArmOutcomes:
-    """How all controllers have moved one arm.
+    """How all controllers have moved one arm."""
 
-    Attributes
-    ----------
-    shortest
-        The shortest time of each move, everything about the arm known [s].
-    moves
-        Of each controller in each case, in the order of `trials`.
-    """
-
+    #: The shortest time of each move, everything about the arm known [s].
     shortest: tuple[float, ...]
+    #: Of each controller in each case, in the order of `trials`.
     moves: tuple[tuple[MoveOutcome, ...], ...]
 
 

@@ -96,20 +96,6 @@ class ZeroVibrationController:
     Where static friction holds the driven mass short of the target, nothing moves it any more:
     its last error, and the swing that goes with it, stay.
 
-    Attributes
-    ----------
-    sampling_time
-        That of the loop [s].
-    arm
-        Masses, spring and friction as they are guessed to be; static friction is not used.
-    pd
-        Gains, on the driven mass alone: the spring's force is balanced.
-    reference
-        The moves before they are shaped, from time 0 of the samples on; shaped, each takes `delay`
-        longer.
-    effort_limit
-        Largest magnitude of the effort [N or N m].
-
     Raises
     ------
     InputError
@@ -130,11 +116,14 @@ class ZeroVibrationController:
     True
     """
 
-    sampling_time: float = quantity_field("sampling_time")
+    sampling_time: float = quantity_field("sampling_time")  #: That of the loop [s].
+    #: Masses, spring and friction as they are guessed to be; static friction is not used.
     arm: FlexibleArm
-    pd: PD
+    pd: PD  #: Gains, on the driven mass alone: the spring's force is balanced.
+    #: The moves before they are shaped, from time 0 of the samples on; shaped, each takes `delay`
+    #: longer.
     reference: PointToPoint
-    effort_limit: float = quantity_field("effort")
+    effort_limit: float = quantity_field("effort")  #: Largest magnitude of the effort [N or N m].
 
     def __post_init__(self) -> None:
         for name, unit in (("sampling_time", "s"), ("effort_limit", "N or N m")):

@@ -74,24 +74,12 @@ def robust_estimator(assumed: float | None = None) -> EnergyEstimator:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One of the six cases of chapter 6.
+    """One of the six cases of chapter 6."""
 
-    Attributes
-    ----------
-    key
-        Its short name.
-    label
-        What it is called in a legend.
-    noise
-        Of the sensors, over that of the surrogate values [-].
-    estimator
-        What estimates.
-    """
-
-    key: str
-    label: str
-    noise: float
-    estimator: PublishedEnergyEstimator
+    key: str  #: Its short name.
+    label: str  #: What it is called in a legend.
+    noise: float  #: Of the sensors, over that of the surrogate values [-].
+    estimator: PublishedEnergyEstimator  #: What estimates.
 
 
 CASES = (
@@ -127,17 +115,10 @@ CASES = (
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
-    """One form of the source's estimator, scored by Monte Carlo.
+    """One form of the source's estimator, scored by Monte Carlo."""
 
-    Attributes
-    ----------
-    name
-        What it is called.
-    sums, compensation, error_terms
-        As `PublishedEnergyEstimator` takes them.
-    """
-
-    name: str
+    name: str  #: What it is called.
+    #: As `PublishedEnergyEstimator` takes them.
     sums: Form
     compensation: Literal["none", "printed", "settled"] = "none"
     error_terms: bool = False

@@ -12,35 +12,20 @@ __all__ = ["NoiseEffects", "noise_effects"]
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseEffects:
-    """What is measured less what is true, of one run with the printed sums.
+    """What is measured less what is true, of one run with the printed sums."""
 
-    Attributes
-    ----------
-    input_energy
-        Of the sum of Eq. 3.6 at the end [J].
-    held_input_energy
-        Of the sum that is exact while the input is held, at the end [J].
-    kinetic_energy, potential_energy
-        Mean over the run of Eqs. 3.8 and 3.7 [J].
-    potential_square
-        The part of the potential energy's that is quadratic in the noise [J]. The other is linear
-        and without a mean, and in a few runs it is as large.
-    coulomb_regressor
-        Of the sum of abs(v) of Eq. 4.3 at the end [m].
-    viscous_regressor
-        Of the sum of v^2 at the end [m^2/s].
-    speed_at_rest, speed_in_motion
-        Mean of abs(v) while the first mass rests, and while it is faster than three standard
-        deviations of the noise [m/s]; NaN if it never is.
-    """
-
-    input_energy: float
-    held_input_energy: float
+    input_energy: float  #: Of the sum of Eq. 3.6 at the end [J].
+    held_input_energy: float  #: Of the sum that is exact while the input is held, at the end [J].
+    #: Mean over the run of Eqs. 3.8 and 3.7 [J].
     kinetic_energy: float
     potential_energy: float
+    #: The part of the potential energy's that is quadratic in the noise [J]. The other is linear
+    #: and without a mean, and in a few runs it is as large.
     potential_square: float
-    coulomb_regressor: float
-    viscous_regressor: float
+    coulomb_regressor: float  #: Of the sum of abs(v) of Eq. 4.3 at the end [m].
+    viscous_regressor: float  #: Of the sum of v^2 at the end [m^2/s].
+    #: Mean of abs(v) while the first mass rests, and while it is faster than three standard
+    #: deviations of the noise [m/s]; NaN if it never is.
     speed_at_rest: float
     speed_in_motion: float
 

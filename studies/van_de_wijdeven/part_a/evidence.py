@@ -30,63 +30,34 @@ _LATE = 20.0  # of the run's end, in which the load's swing is measured [s]
 
 @dataclass(frozen=True, kw_only=True)
 class Rest:
-    """How the bang-bang input leaves the arm.
+    """How the bang-bang input leaves the arm."""
 
-    Attributes
-    ----------
-    time
-        When the first mass comes to rest for good [s].
-    swing
-        Amplitude at which the second goes on [m].
-    """
-
-    time: float
-    swing: float
+    time: float  #: When the first mass comes to rest for good [s].
+    swing: float  #: Amplitude at which the second goes on [m].
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sampling:
-    """Errors without noise, over the truth, of Coulomb and viscous friction [-], shape (2,) each.
+    """Errors of Coulomb and viscous friction without noise, over the truth [-], shape (2,) each."""
 
-    Attributes
-    ----------
-    printed
-        Of the printed sums.
-    finer
-        Of the same with a sampling time ten times shorter.
-    exact
-        Of the exact sums at the first sampling time.
-    """
-
-    printed: Float[np.ndarray, " 2"]
-    finer: Float[np.ndarray, " 2"]
-    exact: Float[np.ndarray, " 2"]
+    printed: Float[np.ndarray, " 2"]  #: Of the printed sums.
+    finer: Float[np.ndarray, " 2"]  #: Of the same with a sampling time ten times shorter.
+    exact: Float[np.ndarray, " 2"]  #: Of the exact sums at the first sampling time.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What was measured.
+    """What was measured."""
 
-    Attributes
-    ----------
-    absolute_value
-        Of the expectations of chapter 5.
-    rest, sampling
-        Of the arm without noise.
-    interaction
-        Correlation of Coulomb and viscous friction (rows) with B and S (columns) [-].
-    sequences
-        Of five consecutive runs each, by loop and case.
-    study
-        Of all variants by Monte Carlo.
-    """
-
-    absolute_value: AbsoluteValue
+    absolute_value: AbsoluteValue  #: Of the expectations of chapter 5.
+    #: Of the arm without noise.
     rest: Rest
     sampling: Sampling
+    #: Correlation of Coulomb and viscous friction (rows) with B and S (columns) [-].
     interaction: Float[np.ndarray, "2 2"]
+    #: Of five consecutive runs each, by loop and case.
     sequences: Mapping[tuple[Loop, str], Sequences]
-    study: Study
+    study: Study  #: Of all variants by Monte Carlo.
 
 
 def _motion(sampling_time: float) -> SimulatedMotion:

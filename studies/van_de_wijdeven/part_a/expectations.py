@@ -31,31 +31,20 @@ _ABSOLUTE = "absolute velocity, in σ"
 
 @dataclass(frozen=True, kw_only=True)
 class AbsoluteValue:
-    """Numbers on which claims about chapter 5 rest; velocities in standard deviations.
+    """Numbers on which claims about chapter 5 rest; velocities in standard deviations."""
 
-    Attributes
-    ----------
-    density_distance
-        Largest distance of the distribution of draws from that of Eq. 5.16, over what random draws
-        show in 95 % of all cases, for both means of Figure 5.1 [-].
-    mean_deviation
-        Largest deviation of the mean of draws from Eq. 5.20, over its standard error [-].
-    sixth_order_error
-        Largest error of the polynomial of Eq. 5.21 within 3 sigma [sigma].
-    double_mean_error
-        Largest error of Eq. 5.24 against the exact double expectation, within 3 sigma [sigma].
-    fourth_order_error
-        Largest error of the polynomial of order four against what it approximates [sigma].
-    added_at_rest, removed_at_rest, added_in_motion, removed_in_motion
-        What noise adds to the absolute velocity in expectation, and what the source's compensation
-        takes off in expectation, at rest and at 2 sigma [sigma].
-    """
-
+    #: Largest distance of the distribution of draws from that of Eq. 5.16, over what random draws
+    #: show in 95 % of all cases, for both means of Figure 5.1 [-].
     density_distance: float
+    #: Largest deviation of the mean of draws from Eq. 5.20, over its standard error [-].
     mean_deviation: float
-    sixth_order_error: float
+    sixth_order_error: float  #: Largest error of the polynomial of Eq. 5.21 within 3 sigma [sigma].
+    #: Largest error of Eq. 5.24 against the exact double expectation, within 3 sigma [sigma].
     double_mean_error: float
+    #: Largest error of the polynomial of order four against what it approximates [sigma].
     fourth_order_error: float
+    #: What noise adds to the absolute velocity in expectation, and what the source's compensation
+    #: takes off in expectation, at rest and at 2 sigma [sigma].
     added_at_rest: float
     removed_at_rest: float
     added_in_motion: float

@@ -37,17 +37,10 @@ Key = tuple[str, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """What the runs showed.
+    """What the runs showed."""
 
-    Attributes
-    ----------
-    scores
-        Of every variant, loop, noise and assumption.
-    effects
-        What the noise of the surrogate values did to the energies, by loop, one a run.
-    """
-
-    scores: tuple[VariantScore, ...]
+    scores: tuple[VariantScore, ...]  #: Of every variant, loop, noise and assumption.
+    #: What the noise of the surrogate values did to the energies, by loop, one a run.
     effects: Mapping[Loop, tuple[NoiseEffects, ...]]
 
 

@@ -1,7 +1,9 @@
 """Expected effect of sensor noise on energies and regressors (van de Wijdeven 2002, chapter 5).
 
 A measured velocity is the true one plus white noise of standard deviation sigma (Eqs. 5.1-5.4).
-Functions of a velocity take an array of any shape or a number, and return an array of that shape.
+Functions of a velocity [m/s or rad/s] take an array of any shape or a number, and return an array
+of that shape. Noise is a standard deviation, of the unit of its quantity; a negative one is an
+`InputError`.
 """
 
 from collections.abc import Callable, Sequence
@@ -84,15 +86,6 @@ def double_mean_of_polynomial(m: float, sigma: float) -> float:
 def kinetic_energy_bias(inertia: float, velocity_noise: float) -> float:
     """Return what noise adds to the kinetic energy of one mass in expectation [J] (Eq. 5.6).
 
-    Parameters
-    ----------
-    inertia
-        [kg or kg m^2].
-    velocity_noise
-        Standard deviation [m/s or rad/s].
-
-    Examples
-    --------
     >>> kinetic_energy_bias(2.0, 0.5)
     0.25
     """
@@ -102,15 +95,7 @@ def kinetic_energy_bias(inertia: float, velocity_noise: float) -> float:
 def potential_energy_bias(
     stiffness: float, position_noise: float, load_position_noise: float
 ) -> float:
-    """Return what noise adds to the energy of the spring in expectation [J] (Eq. 5.7).
-
-    Parameters
-    ----------
-    stiffness
-        [N/m or N m/rad].
-    position_noise, load_position_noise
-        Standard deviations at both ends [m or rad].
-    """
+    """Return what noise at both ends adds to the mean energy of the spring [J] (Eq. 5.7)."""
     return 0.5 * stiffness * (position_noise**2 + load_position_noise**2)
 
 
@@ -118,38 +103,13 @@ def viscous_regressor_bias(velocity_noise: float, sampling_time: float, samples:
     """Return what noise adds to T times the sum of squared velocities [m^2/s or rad^2/s].
 
     Eq. 5.25, sigma^2 T times the number of samples, k + 1 up to sample k.
-
-    Parameters
-    ----------
-    velocity_noise
-        Standard deviation [m/s or rad/s].
-    sampling_time
-        [s].
-    samples
-        In the sum.
     """
     return velocity_noise**2 * sampling_time * samples
 
 
 def absolute_density(values: Velocities, mean: float, noise: float) -> Float[np.ndarray, "..."]:
-    """Return the probability density of abs(X), X normal (Eqs. 5.15, 5.16).
+    """Return the probability density of abs(X), X normal (Eqs. 5.15, 5.16); noise is above 0.
 
-    Parameters
-    ----------
-    values
-        Where it is taken [m/s or rad/s].
-    mean
-        Of X [m/s or rad/s].
-    noise
-        Standard deviation of X, above 0 [m/s or rad/s].
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is not positive.
-
-    Examples
-    --------
     >>> absolute_density([-1.0, 0.0], 0.0, 1.0).round(4)
     array([0.    , 0.7979])
     """
@@ -163,20 +123,6 @@ def absolute_density(values: Velocities, mean: float, noise: float) -> Float[np.
 def absolute_mean(velocity: Velocities, noise: float) -> Float[np.ndarray, "..."]:
     """Return the expected absolute value of a noisy velocity (Eq. 5.20, a folded normal).
 
-    Parameters
-    ----------
-    velocity
-        Without its noise [m/s or rad/s].
-    noise
-        Standard deviation [m/s or rad/s].
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is negative.
-
-    Examples
-    --------
     >>> absolute_mean([0.0, 0.1], 0.05).round(4)
     array([0.0399, 0.1008])
     """
@@ -184,20 +130,7 @@ def absolute_mean(velocity: Velocities, noise: float) -> Float[np.ndarray, "..."
 
 
 def absolute_mean_polynomial(velocity: Velocities, noise: float) -> Float[np.ndarray, "..."]:
-    """Return the same by the published polynomial of order six, up to 3 sigma (Eqs. 5.21, 5.22).
-
-    Parameters
-    ----------
-    velocity
-        Without its noise [m/s or rad/s].
-    noise
-        Standard deviation [m/s or rad/s].
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is negative.
-    """
+    """Return the same by the published polynomial of order six, up to 3 sigma (Eqs. 5.21, 5.22)."""
     return _each(mean_polynomial, velocity, noise)
 
 
@@ -208,18 +141,6 @@ def double_absolute_mean(measured_velocity: Velocities, noise: float) -> Float[n
     a erf(a / (2 sigma)). It treats the true velocity as scattered about the measured one, and so is
     itself biased: averaged over the measurements at rest, h(a) - a is 0.584 sigma where noise has
     added 0.798 sigma, and at 2 sigma it is 0.196 sigma where noise has added 0.017 sigma.
-
-    Parameters
-    ----------
-    measured_velocity
-        [m/s or rad/s].
-    noise
-        Standard deviation [m/s or rad/s].
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is negative.
     """
     return _each(double_mean, measured_velocity, noise)
 
@@ -231,18 +152,6 @@ def double_absolute_mean_polynomial(
 
     It runs the polynomial of order six beyond the 3 sigma that it holds for, so it is too large by
     0.06 sigma at 2 sigma and by 0.54 sigma at 3 sigma.
-
-    Parameters
-    ----------
-    measured_velocity
-        [m/s or rad/s].
-    noise
-        Standard deviation [m/s or rad/s].
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is negative.
     """
     return _each(double_mean_of_polynomial, measured_velocity, noise)
 
@@ -252,20 +161,6 @@ def absolute_bias(measured_velocity: Velocities, noise: float) -> Float[np.ndarr
 
     T times the sum of it is W_c of Eq. 5.27.
 
-    Parameters
-    ----------
-    measured_velocity
-        [m/s or rad/s].
-    noise
-        Standard deviation [m/s or rad/s].
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is negative.
-
-    Examples
-    --------
     >>> absolute_bias([0.0, 0.1, -0.1], 0.05).round(4)
     array([0.0564, 0.005 , 0.005 ])
     """
@@ -277,22 +172,8 @@ def absolute_bias_polynomial(
 ) -> Float[np.ndarray, "..."]:
     """Return the bias by the published polynomial of order four in the absolute velocity.
 
-    It needs odd powers too; beyond 3 sigma it is zero.
-
-    Parameters
-    ----------
-    measured_velocity
-        [m/s or rad/s].
-    noise
-        Standard deviation [m/s or rad/s].
-    of
-        What it was fitted to: ``"polynomial"``, Eq. 5.24 as printed; ``"double_mean"``, the exact
-        double expectation.
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is negative.
+    It needs odd powers too; beyond 3 sigma it is zero. It was fitted to Eq. 5.24 as printed
+    (``"polynomial"``), or to the exact double expectation (``"double_mean"``).
     """
     coefficients = BIAS_OF_POLYNOMIAL if of == "polynomial" else BIAS_OF_DOUBLE_MEAN
     return _each(lambda m, sigma: quartic_bias(m, sigma, coefficients), measured_velocity, noise)

@@ -32,25 +32,15 @@ class Run:
 
 @dataclass(frozen=True, kw_only=True)
 class Trace:
-    """What an estimator did over consecutive runs.
+    """What an estimator did over consecutive runs."""
 
-    Attributes
-    ----------
-    loop, case
-        Which ones.
-    time
-        Of a single run [s], shape (n,).
-    values
-        Estimates of Coulomb and viscous friction [N, N s/m], shape (runs, n, 2).
-    error
-        Prediction error e_y [J], shape (runs, n).
-    """
-
+    #: Which ones.
     loop: Loop
     case: Case
-    time: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  #: Of a single run [s], shape (n,).
+    #: Estimates of Coulomb and viscous friction [N, N s/m], shape (runs, n, 2).
     values: Float[np.ndarray, "runs n 2"]
-    error: Float[np.ndarray, "runs n"]
+    error: Float[np.ndarray, "runs n"]  #: Prediction error e_y [J], shape (runs, n).
 
 
 def one_run(

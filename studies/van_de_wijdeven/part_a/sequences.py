@@ -20,17 +20,10 @@ class MeanLine:
     """The straight line through the prediction error of one run, in the mean over sequences.
 
     Sizes are root mean square over the run.
-
-    Attributes
-    ----------
-    measured
-        Its size [J].
-    chance
-        Standard error of that, from what differs between the sequences [J].
     """
 
-    measured: float
-    chance: float
+    measured: float  #: Its size [J].
+    chance: float  #: Standard error of that, from what differs between the sequences [J].
 
     @property
     def size(self) -> float:
@@ -40,27 +33,19 @@ class MeanLine:
 
 @dataclass(frozen=True, kw_only=True)
 class Sequences:
-    """One case in one loop, over several sequences of runs.
+    """One case in one loop, over several sequences of runs."""
 
-    Attributes
-    ----------
-    early, halfway
-        Estimates of Coulomb and viscous friction 10 s after the first run's beginning and at its
-        half [N, N s/m], shape (sequences, 2).
-    values
-        The same at the end of each run, shape (sequences, runs, 2).
-    level, rise
-        Of the straight line through the prediction error of each run: its mean, and what it gains
-        from beginning to end [J], shape (sequences, runs).
-    itse
-        Of the prediction error of each run (Eq. 6.3) [J^2 s^2], shape (sequences, runs).
-    """
-
+    #: Estimates of Coulomb and viscous friction 10 s after the first run's beginning and at its
+    #: half [N, N s/m], shape (sequences, 2).
     early: Float[np.ndarray, "sequences 2"]
     halfway: Float[np.ndarray, "sequences 2"]
+    #: The same at the end of each run, shape (sequences, runs, 2).
     values: Float[np.ndarray, "sequences runs 2"]
+    #: Of the straight line through the prediction error of each run: its mean, and what it gains
+    #: from beginning to end [J], shape (sequences, runs).
     level: Float[np.ndarray, "sequences runs"]
     rise: Float[np.ndarray, "sequences runs"]
+    #: Of the prediction error of each run (Eq. 6.3) [J^2 s^2], shape (sequences, runs).
     itse: Float[np.ndarray, "sequences runs"]
 
     def line(self, run: int) -> MeanLine:

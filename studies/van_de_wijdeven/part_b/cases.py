@@ -136,21 +136,11 @@ def papwc(
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One of the simulations of section 4.
+    """One of the simulations of section 4."""
 
-    Attributes
-    ----------
-    controller
-        `PWC` or `PAPWC`.
-    reading
-        One of its `READINGS`.
-    longest_width
-        t_p,max [s]; None for none.
-    """
-
-    controller: str
-    reading: str
-    longest_width: float | None
+    controller: str  #: `PWC` or `PAPWC`.
+    reading: str  #: One of its `READINGS`.
+    longest_width: float | None  #: T_p,max [s]; None for none.
 
     @property
     def key(self) -> Key:

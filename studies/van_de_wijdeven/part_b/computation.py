@@ -33,29 +33,8 @@ def reproduce_part_b(
     Beyond the source, controllers are put beside each other on random axes. Writes ``part-b.html``,
     ``part-b.json`` and a PNG file for each of Figures 1 to 9 into the folder, all of them or none.
 
-    Parameters
-    ----------
-    folder
-        Where the files go; made if it is missing.
-    axes
-        On how many random axes each controller is tried. The figures and claims do not depend on
-        it.
-    seed
-        Of these axes and of their noise.
-    workers
-        How many pieces are worked on at once; None takes one for each processor.
-    progress
-        Called with the number of pieces of work that are done, and of all.
-
-    Returns
-    -------
-    What was reproduced, and the files.
-
-    Raises
-    ------
-    InputError
-        If no folder is named, there are too few axes, the seed is negative, there is no worker, or
-        nothing can be written in the folder.
+    ``axes`` is on how many random axes each controller is tried, and ``seed`` of these axes and of
+    their noise; the figures and claims do not depend on them. All else as `reproduce_part_a`.
     """
     whole("axes", axes, least=_FEWEST_AXES)
     seed, workers = whole("seed", seed), checked_workers(workers)

@@ -39,42 +39,25 @@ PIECES = 2 * len(CASES) + len(READINGS[PAPWC]) * (len(FINER) + 4) + 1 + len(GUES
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What was measured.
+    """What was measured."""
 
-    Attributes
-    ----------
-    law
-        Of a pulse on the mass of Table 1.
-    series
-        Ten runs of each case.
-    anew
-        The same, but with F(0) or P(0) laid anew before each run; only the estimates are carried.
-    finer
-        Ten runs of PAPWC without a bound, by reading and sampling time [s].
-    nearer
-        Ten runs of PAPWC without a bound from half the distance, with P(0) = 1e-5 I.
-    unlearned
-        A run of PAPWC with a bound that learns nothing, by first guess.
-    tight
-        A run of PAPWC with a bound and a tolerance below every displacement, by reading.
-    printed
-        A run of PAPWC without a bound that learns as Eq. 22 is printed, by reading.
-    nominal
-        The same with the sign of Eq. 16, but still the nominal effort and width.
-    free
-        Runs of PAPWC without a bound whose estimate is not kept in its range, until it leaves it,
-        by reading.
-    """
-
-    law: PulseLaw
-    series: Mapping[Key, Series]
+    law: PulseLaw  #: Of a pulse on the mass of Table 1.
+    series: Mapping[Key, Series]  #: Ten runs of each case.
+    #: The same, but with F(0) or P(0) laid anew before each run; only the estimates are carried.
     anew: Mapping[Key, Series]
+    #: Ten runs of PAPWC without a bound, by reading and sampling time [s].
     finer: Mapping[tuple[str, float], Series]
-    nearer: Series
+    nearer: Series  #: Ten runs of PAPWC without a bound from half the distance, with P(0) = 1e-5 I.
+    #: A run of PAPWC with a bound that learns nothing, by first guess.
     unlearned: Mapping[float, Series]
+    #: A run of PAPWC with a bound and a tolerance below every displacement, by reading.
     tight: Mapping[str, Series]
+    #: A run of PAPWC without a bound that learns as Eq. 22 is printed, by reading.
     printed: Mapping[str, Series]
+    #: The same with the sign of Eq. 16, but still the nominal effort and width.
     nominal: Mapping[str, Series]
+    #: Runs of PAPWC without a bound whose estimate is not kept in its range, until it leaves it, by
+    #: reading.
     free: Mapping[str, Series]
 
     @property

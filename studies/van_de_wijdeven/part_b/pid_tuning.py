@@ -24,32 +24,15 @@ _REST_SAMPLES = 2
 
 @dataclass(frozen=True, kw_only=True)
 class PIDTuning:
-    """What fits a PID controller to any axis of which mass and friction are guessed.
+    """What fits a PID controller to any axis of which mass and friction are guessed."""
 
-    Attributes
-    ----------
-    bandwidth
-        Crossover frequency [Hz].
-    phase_margin
-        [degrees].
-    integral_ratio
-        Crossover frequency over that of the integral [-].
-    dead_band
-        Over the tolerance [-].
-    dither
-        Amplitude over the guessed static friction [-]; 0 for none.
-    dither_frequency
-        Of its square wave [Hz].
-    reset
-        Law of the integral's resets; None for none.
-    """
-
-    bandwidth: float
-    phase_margin: float
-    integral_ratio: float
-    dead_band: float = 0.0
-    dither: float = 0.0
-    dither_frequency: float = 50.0
+    bandwidth: float  #: Crossover frequency [Hz].
+    phase_margin: float  #: [degrees].
+    integral_ratio: float  #: Crossover frequency over that of the integral [-].
+    dead_band: float = 0.0  #: Over the tolerance [-].
+    dither: float = 0.0  #: Amplitude over the guessed static friction [-]; 0 for none.
+    dither_frequency: float = 50.0  #: Of its square wave [Hz].
+    #: Law of the integral's resets; None for none.
     reset: Literal["coulomb", "stribeck"] | None = None
 
     @property

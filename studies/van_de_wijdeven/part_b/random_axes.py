@@ -38,31 +38,16 @@ SAMPLE_NOISE = sqrt(POSITION_NOISE**2 + ENCODER_STEP**2 / 12.0)
 
 @dataclass(frozen=True, kw_only=True)
 class RandomAxis:
-    """An axis, and the guess of a controller.
+    """An axis, and the guess of a controller."""
 
-    Attributes
-    ----------
-    plant
-        The truth.
-    guessed_mass
-        [kg].
-    guessed_friction
-        First guesses: of Coulomb, static and viscous friction, the same in both directions; of
-        the offset, nothing.
-    start_error
-        Target less position at the start [m].
-    effort_limit
-        Largest magnitude of the effort [N].
-    seed
-        Of the sensors' noise.
-    """
-
-    plant: SingleMass
-    guessed_mass: float = quantity_field("mass")
+    plant: SingleMass  #: The truth.
+    guessed_mass: float = quantity_field("mass")  #: [kg].
+    #: First guesses: of Coulomb, static and viscous friction, the same in both directions; of the
+    #: offset, nothing.
     guessed_friction: CoulombViscousFriction
-    start_error: float = quantity_field("position")
-    effort_limit: float = quantity_field("effort")
-    seed: int
+    start_error: float = quantity_field("position")  #: Target less position at the start [m].
+    effort_limit: float = quantity_field("effort")  #: Largest magnitude of the effort [N].
+    seed: int  #: Of the sensors' noise.
 
 
 def _around(generator: np.random.Generator, value: float) -> float:

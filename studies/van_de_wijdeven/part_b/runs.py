@@ -26,18 +26,11 @@ _END = (
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Consecutive runs of one controller.
+    """Consecutive runs of one controller."""
 
-    Attributes
-    ----------
-    controllers
-        That of each run; all but the first begin with what the one before had learned.
-    runs
-        What they did.
-    """
-
+    #: That of each run; all but the first begin with what the one before had learned.
     controllers: tuple[PulseController, ...]
-    runs: tuple[PulseRun, ...]
+    runs: tuple[PulseRun, ...]  #: What they did.
 
     def error(self, run: int) -> Float[np.ndarray, " n"]:
         """Return target less position at each sample of a run [m]."""

@@ -37,30 +37,18 @@ Make = Callable[[RandomAxis], Controller[Float[np.ndarray, " s"]]]
 
 @dataclass(frozen=True, kw_only=True)
 class AxisOutcome:
-    """How one controller did on one axis.
+    """How one controller did on one axis."""
 
-    Attributes
-    ----------
-    final_error
-        Of the true position at the end, absolute [m].
-    within_tolerance
-        Whether the error was within the tolerance all the time while watched.
-    hunting
-        Whether, while watched, the axis turned round twice, moving by more than the tolerance.
-    time
-        From which on the error stayed within the tolerance [s]; None if at the end it was not.
-    pulses
-        Begun until then; None for a controller without pulses, or if the time is None.
-    peak_effort
-        Over the limit [1].
-    """
-
-    final_error: float
+    final_error: float  #: Of the true position at the end, absolute [m].
+    #: Whether the error was within the tolerance all the time while watched.
     within_tolerance: bool
+    #: Whether, while watched, the axis turned round twice, moving by more than the tolerance.
     hunting: bool
+    #: From which on the error stayed within the tolerance [s]; None if at the end it was not.
     time: float | None
+    #: Begun until then; None for a controller without pulses, or if the time is None.
     pulses: int | None
-    peak_effort: float
+    peak_effort: float  #: Over the limit [1].
 
 
 def outcome_on(axis: RandomAxis, make: Make, *, watch: float = WATCH) -> AxisOutcome:

@@ -42,99 +42,54 @@ _LEGEND = {
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceSeries:
-    """A series whose shortest duration is known.
+    """A series whose shortest duration is known."""
 
-    Attributes
-    ----------
-    pulse_width
-        Of each pulse.
-    pulses
-        How many.
-    expected_duration, duration
-        Known, and planned.
-    impulse
-        Time integral of the effort's magnitude [N s].
-    peak_effort
-        Its largest magnitude.
-    residual
-        What the exact simulation leaves, of either mass's position and of the swing, the largest.
-    """
-
-    pulse_width: float = quantity_field("time")
-    pulses: int
+    pulse_width: float = quantity_field("time")  #: Of each pulse.
+    pulses: int  #: How many.
+    #: Known, and planned.
     expected_duration: float = quantity_field("time")
     duration: float = quantity_field("time")
-    impulse: float
-    peak_effort: float = quantity_field("effort")
+    impulse: float  #: Time integral of the effort's magnitude [N s].
+    peak_effort: float = quantity_field("effort")  #: Its largest magnitude.
+    #: What the exact simulation leaves, of either mass's position and of the swing, the largest.
     residual: float = quantity_field("position")
 
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionErrorEffect:
-    """What a series leaves if the Coulomb friction is not as guessed.
+    """What a series leaves if the Coulomb friction is not as guessed."""
 
-    Attributes
-    ----------
-    friction_error
-        True Coulomb friction over the guessed one, less 1 [-].
-    expected_error, expected_swing
-        What is known for another series of the same duration.
-    error
-        Final position of mass 1 less the target.
-    swing
-        Amplitude of mass 2 about mass 1.
-    """
-
-    friction_error: float
+    friction_error: float  #: True Coulomb friction over the guessed one, less 1 [-].
+    #: What is known for another series of the same duration.
     expected_error: float = quantity_field("position")
     expected_swing: float = quantity_field("position")
-    error: float = quantity_field("position")
-    swing: float = quantity_field("position")
+    error: float = quantity_field("position")  #: Final position of mass 1 less the target.
+    swing: float = quantity_field("position")  #: Amplitude of mass 2 about mass 1.
 
 
 @dataclass(frozen=True, kw_only=True)
 class SuccessiveSeries:
-    """Successive series to one target with a wrong initial Coulomb friction.
+    """Successive series to one target with a wrong initial Coulomb friction."""
 
-    Attributes
-    ----------
-    friction_error
-        Initial Coulomb friction over the true one, less 1 [-].
-    learning
-        Whether the estimates are updated after each series; otherwise they are constant.
-    error, swing
-        Of mass 1, and of mass 2 about it, after each series, shape (k,).
-    """
-
-    friction_error: float
+    friction_error: float  #: Initial Coulomb friction over the true one, less 1 [-].
+    #: Whether the estimates are updated after each series; otherwise they are constant.
     learning: bool
+    #: Of mass 1, and of mass 2 about it, after each series, shape (k,).
     error: Float[np.ndarray, " k"] = quantity_field("position")
     swing: Float[np.ndarray, " k"] = quantity_field("position")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConjunctionReproduction(Reproduction):
-    """What the source's concluding remarks sketch, worked out.
+    """What the source's concluding remarks sketch, worked out."""
 
-    Attributes
-    ----------
-    reference_series
-        Series whose shortest durations are known.
-    friction_errors
-        What the fastest of them leaves if the Coulomb friction is not as guessed.
-    successive_series
-        Successive series, with constant and with updated estimates.
-    landing_scores
-        Controllers on random arms.
-    how_compared
-        How those were tuned and judged, in words.
-    """
-
-    reference_series: tuple[ReferenceSeries, ...]
+    reference_series: tuple[ReferenceSeries, ...]  #: Series whose shortest durations are known.
+    #: What the fastest of them leaves if the Coulomb friction is not as guessed.
     friction_errors: tuple[FrictionErrorEffect, ...]
+    #: Successive series, with constant and with updated estimates.
     successive_series: tuple[SuccessiveSeries, ...]
-    landing_scores: tuple[LandingScore, ...]
-    how_compared: str
+    landing_scores: tuple[LandingScore, ...]  #: Controllers on random arms.
+    how_compared: str  #: How those were tuned and judged, in words.
 
     @property
     def part(self) -> Literal["conjunction"]:

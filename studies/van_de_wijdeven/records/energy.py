@@ -32,24 +32,14 @@ _LEGEND = {
 
 @dataclass(frozen=True, kw_only=True)
 class FiveRuns:
-    """Consecutive runs of one case, each beginning with what the one before had learned.
+    """Consecutive runs of one case, each beginning with what the one before had learned."""
 
-    Attributes
-    ----------
-    loop
-        ``"feedforward"`` or ``"feedback"``.
-    case
-        What is compensated, and with which standard deviations.
-    values
-        Estimates at the end of each run by parameter name, shape (runs,) each [SI].
-    itse
-        Of the prediction error of each run (Eq. 6.3), over that of the first run without noise in
-        the same loop, shape (runs,) [-].
-    """
-
-    loop: Loop
-    case: str
+    loop: Loop  #: ``"feedforward"`` or ``"feedback"``.
+    case: str  #: What is compensated, and with which standard deviations.
+    #: Estimates at the end of each run by parameter name, shape (runs,) each [SI].
     values: Mapping[str, Float[np.ndarray, " runs"]]
+    #: Of the prediction error of each run (Eq. 6.3), over that of the first run without noise in
+    #: the same loop, shape (runs,) [-].
     itse: Float[np.ndarray, " runs"]
 
     def __post_init__(self) -> None:
@@ -58,38 +48,21 @@ class FiveRuns:
 
 @dataclass(frozen=True, kw_only=True)
 class VariantScore:
-    """How one variant of the estimator does over many runs with noise.
+    """How one variant of the estimator does over many runs with noise."""
 
-    Attributes
-    ----------
-    loop
-        ``"feedforward"`` or ``"feedback"``.
-    variant
-        What it is called.
-    noise
-        Of the sensors, over that of the surrogate values [-].
-    assumed
-        Standard deviations that the variant was given, over the true ones [-]; None if it was given
-        none.
-    runs
-        How many there were.
-    failed
-        In how many of them nothing was identified; they count in nothing else.
-    bias, rmse
-        Mean error and root mean square error by parameter name, over the truth [-].
-    coverage
-        Share of runs whose 95 % interval holds the truth, by parameter name [-]; None for a variant
-        that gives no interval.
-    """
-
-    loop: Loop
-    variant: str
-    noise: float
+    loop: Loop  #: ``"feedforward"`` or ``"feedback"``.
+    variant: str  #: What it is called.
+    noise: float  #: Of the sensors, over that of the surrogate values [-].
+    #: Standard deviations that the variant was given, over the true ones [-]; None if it was given
+    #: none.
     assumed: float | None
-    runs: int
-    failed: int
+    runs: int  #: How many there were.
+    failed: int  #: In how many of them nothing was identified; they count in nothing else.
+    #: Mean error and root mean square error by parameter name, over the truth [-].
     bias: Mapping[str, float]
     rmse: Mapping[str, float]
+    #: Share of runs whose 95 % interval holds the truth, by parameter name [-]; None for a variant
+    #: that gives no interval.
     coverage: Mapping[str, float] | None
 
     def __post_init__(self) -> None:
@@ -101,14 +74,9 @@ class VariantScore:
 
 @dataclass(frozen=True, kw_only=True)
 class EnergyReproduction(Reproduction):
-    """Part A of the source, reproduced.
+    """Part A of the source, reproduced."""
 
-    Attributes
-    ----------
-    five_runs, variants
-        What was reproduced beside figures and claims.
-    """
-
+    #: What was reproduced beside figures and claims.
     five_runs: tuple[FiveRuns, ...]
     variants: tuple[VariantScore, ...]
 

@@ -10,14 +10,9 @@ __all__ = ["LandingScore", "Spread"]
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """How something is spread over many cases.
+    """How something is spread over many cases."""
 
-    Attributes
-    ----------
-    median, upper_95, worst
-        The median, what 95 % do not exceed, and the largest [as of what is spread].
-    """
-
+    #: The median, what 95 % do not exceed, and the largest [as of what is spread].
     median: float
     upper_95: float
     worst: float
@@ -37,52 +32,31 @@ class Spread:
 
 @dataclass(frozen=True, kw_only=True)
 class LandingScore:
-    """How one controller lands many random arms, from rest to rest and target to target.
+    """How one controller lands many random arms, from rest to rest and target to target."""
 
-    Attributes
-    ----------
-    controller
-        Which one.
-    case
-        The conditions: sensors, and how well masses and spring are known.
-    arms, moves
-        How many arms it was tried on, and how many moves these made in all.
-    landed
-        Share of the arms on which, after every move, both masses stayed within the bound of the
-        target as long as they were watched [1].
-    landed_in_four
-        Share of the arms on which they did so after at most four series a move [1]; None for a
-        controller that knows none.
-    error_1, error_2
-        The farthest that mass 1 and mass 2 were from the target while watched, over the move [1].
-    swing
-        Amplitude of mass 2 about mass 1 that was left, over the move [1].
-    time_ratio
-        Time to land over the shortest in which the arm can, if everything about it is known [1],
-        of the moves that landed; None if none did.
-    series
-        Fired in a move [1]; None for a controller that knows none.
-    misjudged
-        Share of the moves that ended outside the bound though the controller took them for landed
-        [1]; None if it cannot tell.
-    farthest
-        The farthest that either mass ever was beside the way between start and target, over the
-        move [1].
-    peak_effort
-        Largest effort over the limit [1].
-    """
-
-    controller: str
-    case: str
+    controller: str  #: Which one.
+    case: str  #: The conditions: sensors, and how well masses and spring are known.
+    #: How many arms it was tried on, and how many moves these made in all.
     arms: int
     moves: int
+    #: Share of the arms on which, after every move, both masses stayed within the bound of the
+    #: target as long as they were watched [1].
     landed: float
+    #: Share of the arms on which they did so after at most four series a move [1]; None for a
+    #: controller that knows none.
     landed_in_four: float | None
+    #: The farthest that mass 1 and mass 2 were from the target while watched, over the move [1].
     error_1: Spread
     error_2: Spread
-    swing: Spread
+    swing: Spread  #: Amplitude of mass 2 about mass 1 that was left, over the move [1].
+    #: Time to land over the shortest in which the arm can, if everything about it is known [1], of
+    #: the moves that landed; None if none did.
     time_ratio: Spread | None
-    series: Spread | None
+    series: Spread | None  #: Fired in a move [1]; None for a controller that knows none.
+    #: Share of the moves that ended outside the bound though the controller took them for landed
+    #: [1]; None if it cannot tell.
     misjudged: float | None
+    #: The farthest that either mass ever was beside the way between start and target, over the move
+    #: [1].
     farthest: float
-    peak_effort: float
+    peak_effort: float  #: Largest effort over the limit [1].

@@ -57,30 +57,14 @@ _LEGEND = {
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedNumber:
-    """A number of the source beside the same number computed.
+    """A number of the source beside the same number computed."""
 
-    Attributes
-    ----------
-    place
-        Where the source prints it, such as ``"3.1"``.
-    quantity
-        What it is.
-    printed
-        As printed, with all its digits, such as ``"0.092"`` or ``"1.9e-4"``.
-    value
-        The same, computed [unit].
-    unit
-        Of both; ``"1"`` for a ratio.
-    how
-        What it was computed from.
-    """
-
-    place: str
-    quantity: str
-    printed: str
-    value: float
-    unit: str
-    how: str
+    place: str  #: Where the source prints it, such as ``"3.1"``.
+    quantity: str  #: What it is.
+    printed: str  #: As printed, with all its digits, such as ``"0.092"`` or ``"1.9e-4"``.
+    value: float  #: The same, computed [unit].
+    unit: str  #: Of both; ``"1"`` for a ratio.
+    how: str  #: What it was computed from.
 
     @property
     def difference(self) -> float:
@@ -97,36 +81,21 @@ class PrintedNumber:
 
 @dataclass(frozen=True, kw_only=True)
 class CarriedRuns:
-    """Consecutive runs of one controller, each beginning with what the one before had learned.
+    """Consecutive runs of one controller, each beginning with what the one before had learned."""
 
-    Attributes
-    ----------
-    controller
-        Which one.
-    reading
-        How the source is read, where it can be read in two ways.
-    longest_pulse
-        The bound t_p,max of its pulse widths [s]; None for none.
-    final_error
-        The largest error of each run's last half second, with its sign, shape (runs,) [m].
-    reached
-        Whether the axis rested within the tolerance at the end of it, shape (runs,).
-    time
-        From the start of each run to that rest, NaN where it never came, shape (runs,) [s].
-    pulses, reversed_pulses
-        Pulses that ended within each run, and how many of them pushed back, shape (runs,).
-    estimates
-        At the end of each run by name, shape (runs,) each [SI].
-    """
-
-    controller: str
-    reading: str
-    longest_pulse: float | None
+    controller: str  #: Which one.
+    reading: str  #: How the source is read, where it can be read in two ways.
+    longest_pulse: float | None  #: The bound t_p,max of its pulse widths [s]; None for none.
+    #: The largest error of each run's last half second, with its sign, shape (runs,) [m].
     final_error: Float[np.ndarray, " runs"]
+    #: Whether the axis rested within the tolerance at the end of it, shape (runs,).
     reached: Bool[np.ndarray, " runs"]
+    #: From the start of each run to that rest, NaN where it never came, shape (runs,) [s].
     time: Float[np.ndarray, " runs"]
+    #: Pulses that ended within each run, and how many of them pushed back, shape (runs,).
     pulses: Int[np.ndarray, " runs"]
     reversed_pulses: Int[np.ndarray, " runs"]
+    #: At the end of each run by name, shape (runs,) each [SI].
     estimates: Mapping[str, Float[np.ndarray, " runs"]]
 
     def __post_init__(self) -> None:
@@ -135,105 +104,53 @@ class CarriedRuns:
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerScore:
-    """How one controller does on many random axes.
+    """How one controller does on many random axes."""
 
-    Attributes
-    ----------
-    controller
-        Which one, and how it is tuned where that is not said elsewhere.
-    axes
-        How many it was tried on.
-    within_tolerance
-        Share of them that were within it all the time while watched at the end [1].
-    hunting
-        Share of them that were still moved to and fro at the end [1].
-    median_error, error_95, worst_error
-        Of the absolute final errors: the median, what 95 % do not exceed, and the largest [m].
-    median_time
-        Until the error stayed within the tolerance, of the axes on which it did [s]; None if there
-        was none.
-    median_pulses
-        Until then, of these axes [1]; None if there was none, or the controller gives no pulses.
-    peak_effort
-        Largest effort over the axis's limit [1].
-    """
-
-    controller: str
-    axes: int
+    controller: str  #: Which one, and how it is tuned where that is not said elsewhere.
+    axes: int  #: How many it was tried on.
+    #: Share of them that were within it all the time while watched at the end [1].
     within_tolerance: float
-    hunting: float
+    hunting: float  #: Share of them that were still moved to and fro at the end [1].
+    #: Of the absolute final errors: the median, what 95 % do not exceed, and the largest [m].
     median_error: float
     error_95: float
     worst_error: float
+    #: Until the error stayed within the tolerance, of the axes on which it did [s]; None if there
+    #: was none.
     median_time: float | None
+    #: Until then, of these axes [1]; None if there was none, or the controller gives no pulses.
     median_pulses: float | None
-    peak_effort: float
+    peak_effort: float  #: Largest effort over the axis's limit [1].
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResolutionScore:
-    """How near the target an axis is brought that is asked for the step of its encoder.
+    """How near the target an axis is brought that is asked for the step of its encoder."""
 
-    Attributes
-    ----------
-    encoder_step
-        Of the encoder, which is also the tolerance [m].
-    static_ratio
-        Static over Coulomb friction [1].
-    friction_change
-        Standard deviation by which the friction changes from pulse to pulse, relative to it [1].
-    sampling_time
-        Shortest pulse [s].
-    axes
-        How many runs there were, from starts of their own.
-    smallest_step
-        That a single pulse can cause (Eq. 24) [m].
-    median_error, error_95
-        Of the absolute final errors: the median, and what 95 % do not exceed [m].
-    within_a_step
-        Share of runs that ended within a step of the encoder [1].
-    median_pulses
-        Until they ended [1].
-    still_moving
-        Runs that had not ended.
-    """
-
-    encoder_step: float
-    static_ratio: float
+    encoder_step: float  #: Of the encoder, which is also the tolerance [m].
+    static_ratio: float  #: Static over Coulomb friction [1].
+    #: Standard deviation by which the friction changes from pulse to pulse, relative to it [1].
     friction_change: float
-    sampling_time: float
-    axes: int
-    smallest_step: float
+    sampling_time: float  #: Shortest pulse [s].
+    axes: int  #: How many runs there were, from starts of their own.
+    smallest_step: float  #: That a single pulse can cause (Eq. 24) [m].
+    #: Of the absolute final errors: the median, and what 95 % do not exceed [m].
     median_error: float
     error_95: float
-    within_a_step: float
-    median_pulses: float
-    still_moving: int
+    within_a_step: float  #: Share of runs that ended within a step of the encoder [1].
+    median_pulses: float  #: Until they ended [1].
+    still_moving: int  #: Runs that had not ended.
 
 
 @dataclass(frozen=True, kw_only=True)
 class PulseReproduction(Reproduction):
-    """Part B of the source, reproduced.
+    """Part B of the source, reproduced."""
 
-    Attributes
-    ----------
-    printed_numbers
-        The source's numbers beside ours.
-    carried_runs
-        Every case that was simulated, ten runs each.
-    controller_scores
-        Controllers on random axes.
-    how_compared
-        How those were tuned that needed it, in words.
-    resolution_scores
-        How near the target pulses bring an axis.
-    """
-
-    printed_numbers: tuple[PrintedNumber, ...]
-    carried_runs: tuple[CarriedRuns, ...]
-    controller_scores: tuple[ControllerScore, ...]
-    how_compared: str
-    resolution_scores: tuple[ResolutionScore, ...]
+    printed_numbers: tuple[PrintedNumber, ...]  #: The source's numbers beside ours.
+    carried_runs: tuple[CarriedRuns, ...]  #: Every case that was simulated, ten runs each.
+    controller_scores: tuple[ControllerScore, ...]  #: Controllers on random axes.
+    how_compared: str  #: How those were tuned that needed it, in words.
+    resolution_scores: tuple[ResolutionScore, ...]  #: How near the target pulses bring an axis.
 
     @property
     def part(self) -> Literal["B"]:

@@ -46,79 +46,42 @@ SettingValues = Mapping[str, Mapping[str, tuple[float | tuple[float, ...], str]]
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """One line of a panel.
+    """One line of a panel."""
 
-    Attributes
-    ----------
-    label
-        Its name in the legend.
-    role
-        ``"truth"`` for what an estimate should be, else its place among the panel's lines.
-    x, y
-        Shape (n,), in the units [of the panel's axes].
-    staircase
-        Whether each value holds until the next, as a held input does.
-    """
-
-    label: str
+    label: str  #: Its name in the legend.
+    #: ``"truth"`` for what an estimate should be, else its place among the panel's lines.
     role: CurveRole
+    #: Shape (n,), in the units [of the panel's axes].
     x: Float[np.ndarray, " n"]
     y: Float[np.ndarray, " n"]
-    staircase: bool = False
+    staircase: bool = False  #: Whether each value holds until the next, as a held input does.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """One plot of a figure.
+    """One plot of a figure."""
 
-    Attributes
-    ----------
-    title
-        What it shows.
-    x_label, y_label
-        Of the axes, with units.
-    y_range
-        Ends of the vertical axis [its unit]; None for as much as the curves need.
-    y_ticks
-        Names of the values 0, 1, ... of the vertical axis; empty for numbers.
-    curves
-        What is drawn, in this order.
-    """
-
-    title: str
+    title: str  #: What it shows.
+    #: Of the axes, with units.
     x_label: str
     y_label: str
+    #: Ends of the vertical axis [its unit]; None for as much as the curves need.
     y_range: tuple[float, float] | None = None
+    #: Names of the values 0, 1, ... of the vertical axis; empty for numbers.
     y_ticks: tuple[str, ...] = ()
-    curves: tuple[Curve, ...]
+    curves: tuple[Curve, ...]  #: What is drawn, in this order.
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReproducedFigure:
-    """A figure of the source, reproduced.
+    """A figure of the source, reproduced."""
 
-    Attributes
-    ----------
-    number
-        The source's number, such as ``"6.3"``.
-    title
-        What it shows, in a few words.
-    caption
-        What each panel and line means, and what the source leaves open.
-    columns
-        How many panels stand beside each other.
-    panels
-        Row by row; none of a sketch.
-    sketch
-        The system that is drawn instead of panels.
-    """
-
-    number: str
-    title: str
-    caption: str
-    columns: int
-    panels: tuple[Panel, ...]
-    sketch: Sketch | None = None
+    number: str  #: The source's number, such as ``"6.3"``.
+    title: str  #: What it shows, in a few words.
+    caption: str  #: What each panel and line means, and what the source leaves open.
+    columns: int  #: How many panels stand beside each other.
+    panels: tuple[Panel, ...]  #: Row by row; none of a sketch.
+    sketch: Sketch | None = None  #: The system that is drawn instead of panels.
 
     @property
     def file_name(self) -> str:
@@ -128,23 +91,13 @@ class ReproducedFigure:
 
 @dataclass(frozen=True, kw_only=True)
 class Measure:
-    """A quantity of a claim as measured, and the limits within which the claim holds.
+    """A quantity of a claim as measured, and the limits within which the claim holds."""
 
-    Attributes
-    ----------
-    case
-        Way in which the source can be read, or case in which it was measured; empty for one only.
-    quantity
-        What was measured.
-    unit
-        Of the value and its limits; ``"1"`` for a ratio.
-    value, low, high
-        Measured value, and its limits [unit]; infinite where there is none.
-    """
-
+    #: Way in which the source can be read, or case in which it was measured; empty for one only.
     case: str
-    quantity: str
-    unit: str
+    quantity: str  #: What was measured.
+    unit: str  #: Of the value and its limits; ``"1"`` for a ratio.
+    #: Measured value, and its limits [unit]; infinite where there is none.
     value: float
     low: float = -np.inf
     high: float = np.inf
@@ -185,27 +138,14 @@ class Measure:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A statement of the source beside what was measured.
+    """A statement of the source beside what was measured."""
 
-    Attributes
-    ----------
-    name
-        A short name.
-    place
-        Where the source makes it, such as ``"6.1"`` or ``"Eq. 5.5"``.
-    statement
-        What it says, in own words.
-    measures
-        The quantities that decide it, in each case, and others that belong to it.
-    why
-        What explains the verdict.
-    """
-
-    name: str
-    place: str
-    statement: str
+    name: str  #: A short name.
+    place: str  #: Where the source makes it, such as ``"6.1"`` or ``"Eq. 5.5"``.
+    statement: str  #: What it says, in own words.
+    #: The quantities that decide it, in each case, and others that belong to it.
     measures: tuple[Measure, ...]
-    why: str
+    why: str  #: What explains the verdict.
 
     @property
     def agrees(self) -> bool:
@@ -240,31 +180,17 @@ class Claim:
 
 @dataclass(frozen=True, kw_only=True)
 class Reproduction(ABC):
-    """A part of the source, reproduced: what all parts have.
+    """A part of the source, reproduced: what all parts have."""
 
-    Attributes
-    ----------
-    title
-        What the part is about.
-    setting
-        With which values, in words.
-    values
-        The same as numbers, each with its unit [as told beside it], by group and name.
-    figures, claims
-        What was reproduced.
-    options
-        What it was asked with, such as runs and seed.
-    stickslip_version
-        Version of this package.
-    """
-
-    title: str
-    setting: str
+    title: str  #: What the part is about.
+    setting: str  #: With which values, in words.
+    #: The same as numbers, each with its unit [as told beside it], by group and name.
     values: SettingValues
+    #: What was reproduced.
     figures: tuple[ReproducedFigure, ...]
     claims: tuple[Claim, ...]
-    options: Mapping[str, int]
-    stickslip_version: str
+    options: Mapping[str, int]  #: What it was asked with, such as runs and seed.
+    stickslip_version: str  #: Version of this package.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "options", MappingProxyType(dict(self.options)))

@@ -412,7 +412,6 @@ def positions(exported: Exported, precision: str, axes: int, samples: int) -> li
     code.begin.argtypes = [ctypes.c_double]
     code.step.argtypes = [ctypes.c_double] * 3 + [ctypes.POINTER(ctypes.c_double)]
     controller = exported.content.controller
-    assert controller is not None
     assert controller.friction is not None
     rng = np.random.default_rng(11)
     law, T = controller.friction, controller.sampling_time

@@ -1,11 +1,11 @@
 """``stickslip export c``: a folder of C99 code for a drive."""
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stickslip.export.base import (
+    Axes,
     Exporter,
     ExportSettings,
     FileToEdit,
@@ -14,7 +14,7 @@ from stickslip.export.base import (
     axis_in_words,
     only_axis,
 )
-from stickslip.export.parameters import SLIDING, ExportParameters
+from stickslip.export.parameters import SLIDING
 from stickslip.export.templates import heading, notes_on, number
 from stickslip.export.transmission import Side
 
@@ -45,12 +45,7 @@ class CodeExporter(Exporter):
     several: bool = False
     options: tuple[str, ...] = ("precision", "sampling_time")
 
-    def render(
-        self,
-        axes: Mapping[str, ExportParameters],
-        settings: ExportSettings,
-        into: FileToEdit | None = None,
-    ) -> Rendered:
+    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
         """Return the files of the folder; see `Exporter.render`."""
         from stickslip.export.c.content import derived_content
 

@@ -22,7 +22,7 @@ _COUNTS = ("missing_samples", "position_glitches", "effort_glitches", "resets")
 _Causality = Literal["independent", "input", "output", "parameter", "local"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Variable:
     """A variable of a unit; its place in the list is its value reference."""
 
@@ -64,16 +64,10 @@ def _variables(
 ) -> tuple[Variable, ...]:
     """Return the time, the rows, the sampling time and the constants by name."""
     return (
-        Variable(name="time", causality="independent", description="Time", unit="s"),
+        Variable("time", "independent", "Time", "s"),
         *rows,
         *(
-            Variable(
-                name=name,
-                causality="local",
-                description=parameter_label(name, kind),
-                unit=unit_of(name, kind),
-                start=value,
-            )
+            Variable(name, "local", parameter_label(name, kind), unit_of(name, kind), value)
             for name, value in {"sampling_time": T, **constants}.items()
         ),
     )
@@ -107,31 +101,17 @@ def plant_model(
         for name in (f"{quantity}_positive", f"{quantity}_negative")
     } | {"offset": law.offset}
     names = plant.state_names
-    effort = Variable(
-        name="effort",
-        causality="input",
-        description="Effort, held over a communication step",
-        unit=unit_of("effort", kind),
-        start=0.0,
-    )
+    held = "Effort, held over a communication step"
+    effort = Variable("effort", "input", held, unit_of("effort", kind), 0.0)
+    words = {name: name.replace("_", " ") for name in names}
+    units = [unit_of(name.removeprefix("load_"), kind) for name in names]
     outputs = [
-        Variable(
-            name=name,
-            causality="output",
-            description=name.replace("_", " ").capitalize(),
-            unit=unit_of(name.removeprefix("load_"), kind),
-        )
-        for name in names
+        Variable(name, "output", words[name].capitalize(), unit)
+        for name, unit in zip(names, units, strict=True)
     ]
     first = [
-        replace(
-            each,
-            name=f"initial_{each.name}",
-            causality="parameter",
-            description=f"Initial {each.description.lower()}",
-            start=0.0,
-        )
-        for each in outputs
+        Variable(f"initial_{name}", "parameter", f"Initial {words[name]}", unit, 0.0)
+        for name, unit in zip(names, units, strict=True)
     ]
     title = f"{axis}: " + ("flexible arm" if flexible else "rigid axis") + " with friction"
     module = arm_module() if flexible else axis_module()
@@ -189,37 +169,20 @@ def observer_model(content: CodeContent, banner: str) -> FmuModel:
     estimator, kind = content.energy, content.kind
     assert estimator is not None  # noqa: S101 - see above
     names = estimator.parameter_names(kind)
+    measured = "Measured {} at the start of the communication step; NaN if missing"
     rows = [
-        Variable(
-            name=name,
-            causality="input",
-            description=f"Measured {name} at the start of the communication step; NaN if missing",
-            unit=unit_of(name, kind),
-            start=0.0,
-        )
+        Variable(name, "input", measured.format(name), unit_of(name, kind), 0.0)
         for name in ("effort", "position")
     ]
     first_output = 1 + len(rows)
     for name in names:
         label, unit = parameter_label(name, kind), unit_of(name, kind)
+        deviation = f"{label}: standard deviation by the model"
         rows += [
-            Variable(name=name, causality="output", description=label, unit=unit),
-            Variable(
-                name=f"{name}_deviation",
-                causality="output",
-                description=f"{label}: standard deviation by the model",
-                unit=unit,
-            ),
+            Variable(name, "output", label, unit),
+            Variable(f"{name}_deviation", "output", deviation, unit),
         ]
-    rows += [
-        Variable(
-            name=name,
-            causality="output",
-            description=name.replace("_", " ").capitalize(),
-            unit="1",
-        )
-        for name in _COUNTS
-    ]
+    rows += [Variable(name, "output", name.replace("_", " ").capitalize(), "1") for name in _COUNTS]
     title = f"{content.axis}: online estimator of friction"
     own = f"{identifier(content.axis)}_observer"
     needed = replace(content, controller=None, kalman=None, banner=banner)

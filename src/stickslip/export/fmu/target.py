@@ -1,10 +1,10 @@
 """``stickslip export fmu``, ``fmu-arm``, ``fmu-observer``: functional mock-up units (FMI)."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from stickslip.export.base import (
+    Axes,
     Exporter,
     ExportSettings,
     FileToEdit,
@@ -12,7 +12,6 @@ from stickslip.export.base import (
     Rendered,
     only_axis,
 )
-from stickslip.export.parameters import ExportParameters
 from stickslip.export.templates import heading, notes_on
 from stickslip.export.transmission import Side
 from stickslip.records import InputError, mass_name, unit_of
@@ -36,12 +35,7 @@ class FmuExporter(Exporter):
     several: bool = False
     options: tuple[str, ...] = _COMMON
 
-    def render(
-        self,
-        axes: Mapping[str, ExportParameters],
-        settings: ExportSettings,
-        into: FileToEdit | None = None,
-    ) -> Rendered:
+    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
         """Return the file; see `Exporter.render`."""
         from stickslip.export.c.content import derived_content, online_estimator
         from stickslip.export.fmu.archive import archive

@@ -6,13 +6,13 @@ from typing import Literal
 
 from stickslip.export.base import (
     MEAN,
+    Axes,
     Exporter,
     ExportSettings,
     FileToEdit,
     Rendered,
     one_friction,
 )
-from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import PresentValues, check_kind, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.export.templates import heading, notes_on, number
@@ -36,12 +36,7 @@ class DynamicsExporter(Exporter):
     represents: tuple[str, ...] = ("viscous_friction", "coulomb_friction")
     edits: Literal["never", "always"] = "always"
 
-    def render(
-        self,
-        axes: Mapping[str, ExportParameters],
-        settings: ExportSettings,
-        into: FileToEdit | None = None,
-    ) -> Rendered:
+    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
         """Return the edited file; see `Exporter.render`."""
         text = XmlText(edited_file(into, self.title).content, self.language)
         # A joint of a transmission or of ros2_control has a name, and no type

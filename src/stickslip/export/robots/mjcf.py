@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.export.base import (
     IN_A_JOINT,
+    Axes,
     Exporter,
     ExportSettings,
     FileToEdit,
@@ -68,12 +69,7 @@ class MjcfExporter(Exporter):
     edits: Literal["never", "always"] = "always"
     options: tuple[str, ...] = ("link_inertia", "sampling_time", "top_speed")
 
-    def render(
-        self,
-        axes: Mapping[str, ExportParameters],
-        settings: ExportSettings,
-        into: FileToEdit | None = None,
-    ) -> Rendered:
+    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
         """Return the edited file; see `Exporter.render`."""
         text = XmlText(edited_file(into, self.title).content, "MJCF")
         includes = [each.attributes.get("file", "") for each in text.elements("include")]

@@ -12,6 +12,7 @@ from typing import Any, Literal
 from stickslip.errors import RequiredExtra
 from stickslip.export.base import (
     IN_A_JOINT,
+    Axes,
     Exporter,
     ExportSettings,
     FileToEdit,
@@ -59,12 +60,7 @@ class UsdExporter(Exporter):
     edits: Literal["never", "always"] = "always"
     options: tuple[str, ...] = ("link_inertia",)
 
-    def render(
-        self,
-        axes: Mapping[str, ExportParameters],
-        settings: ExportSettings,
-        into: FileToEdit | None = None,
-    ) -> Rendered:
+    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
         """Return the layer; see `Exporter.render`."""
         into = edited_file(into, self.title)
         prims: list[dict[str, Any]] = []

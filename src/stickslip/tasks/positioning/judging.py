@@ -7,6 +7,8 @@ from jaxtyping import Float
 
 from stickslip.records import Ending, PositioningOutcome
 
+Values = Float[np.ndarray, " n"]
+
 
 @dataclass(frozen=True, kw_only=True)
 class EndingTuning:
@@ -32,11 +34,7 @@ TUNING = EndingTuning()
 
 
 def settling_time(
-    time: Float[np.ndarray, " n"],
-    error: Float[np.ndarray, " n"],
-    tolerance: float,
-    *,
-    rest_motion: float = 0.0,
+    time: Values, error: Values, tolerance: float, *, rest_motion: float = 0.0
 ) -> float | None:
     """Return the time until the true error [m or rad] was within the tolerance for good [s].
 
@@ -47,9 +45,7 @@ def settling_time(
     return None if sample is None else float(time[sample] - time[0])
 
 
-def _settled(
-    error: Float[np.ndarray, " n"], tolerance: float, rest_motion: float = 0.0
-) -> int | None:
+def _settled(error: Values, tolerance: float, rest_motion: float = 0.0) -> int | None:
     """Return the sample from which on the error is within the tolerance for good, if any."""
     outside = np.flatnonzero(np.abs(error) > tolerance)
     sample = int(outside[-1]) + 1 if outside.size else 0
@@ -63,13 +59,13 @@ def _settled(
     )
 
 
-def _rests(error: Float[np.ndarray, " n"], rest_motion: float) -> bool:
+def _rests(error: Values, rest_motion: float) -> bool:
     """Return whether an axis moves no farther than one at rest."""
     return bool(np.ptp(error) <= rest_motion)
 
 
 def ending(
-    error: Float[np.ndarray, " n"],
+    error: Values,
     tolerance: float,
     outcome: PositioningOutcome | None,
     *,
@@ -96,10 +92,7 @@ def ending(
 
 
 def arm_ending(
-    error: Float[np.ndarray, " n"],
-    driven: Float[np.ndarray, " n"],
-    tolerance: float,
-    outcome: PositioningOutcome | None,
+    error: Values, driven: Values, tolerance: float, outcome: PositioningOutcome | None
 ) -> Ending:
     """Return the ending of a move of a flexible arm.
 
@@ -123,7 +116,7 @@ def arm_ending(
     return Ending.SWINGING if abs(late[-1]) <= tolerance else Ending.STUCK
 
 
-def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float, rest_motion: float) -> bool:
+def _sticks_and_slips(error: Values, tolerance: float, rest_motion: float) -> bool:
     """Return whether an axis, once it was at its target, rested outside and reversed again.
 
     Its rests may last longer than the remainder of the move.
@@ -137,12 +130,12 @@ def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float, rest_mot
     return bool(np.max(np.diff(moves_on)) > TUNING.least_stay) and hunts(since, tolerance)
 
 
-def hunts(position: Float[np.ndarray, " n"], tolerance: float) -> bool:
+def hunts(position: Values, tolerance: float) -> bool:
     """Return whether a motion that should have ended goes to and fro [m or rad]."""
     return reversals(position, tolerance) >= TUNING.fewest_reversals
 
 
-def reversals(position: Float[np.ndarray, " n"], least: float) -> int:
+def reversals(position: Values, least: float) -> int:
     """Return the number of reversals of a motion [m or rad].
 
     A path back counts from ``least`` > 0 on, from the farthest point before it; so does the first
