@@ -175,6 +175,30 @@ def test_wrong_masses_show(tmp_path, factor, status, error):
     assert estimate.value("coulomb_friction") == pytest.approx(1.5, rel=0.02)
 
 
+def test_gravity_of_a_payload_in_a_short_swing_is_in_the_intervals(tmp_path):
+    """It looks like a spring, whose origin is not that of the offset."""
+    robot = read_urdf(written(tmp_path, two_links()))
+    q, v, a = motion()
+    for each in (q, v, a):
+        each[:, 0] *= 0.25
+    q[:, 0] += 1.3
+    effort = closed_form(q, v, a) + 0.3 * a + 1.5 * np.sign(v) + 0.8 * v
+    effort[:, 0] += 0.3 * (LENGTH * G * np.cos(q[:, 0]) + LENGTH**2 * a[:, 0])  # of 0.3 kg
+    effort += 0.02 * np.random.default_rng(0).standard_normal(effort.shape)
+    logs = {
+        name: axis_log(TIME, effort[:, k], q[:, k], name=name, kind="rotary")
+        for k, name in enumerate(robot.joints)
+    }
+    made = with_model_effort(logs, robot, {name: name for name in logs})["shoulder"]
+    estimate = fitted(made)
+    assert "spring" in estimate.selection.selected
+    assert estimate.status.value == "ok"
+    for name in ("offset", "spring_stiffness"):
+        low, high = estimate.parameters[name].ci95
+        assert low < 0.0 < high
+    assert any("gravity that the model" in note for note in estimate.diagnostics.notes)
+
+
 @pytest.mark.parametrize(
     ("axes", "joints", "found"),
     [

@@ -194,6 +194,8 @@ def test_weight_of_the_other_law_is_that_of_a_fit_of_both() -> None:
         (0.39, 0.1, False, False),  # the log prefers the selected law by more than std
         (0.29, 0.3, True, False),  # nothing speaks for the other law
         (0.31, 0.3, True, True),
+        (0.49, 1.0, True, False),
+        (0.51, 1.0, True, True),  # the residual is smaller with the other law
     ],
 )
 def test_a_rival_widens_where_the_log_does_not_distinguish_it(
@@ -204,7 +206,7 @@ def test_a_rival_widens_where_the_log_does_not_distinguish_it(
     (other,) = rival_laws(model)
     rival, tuning = replace(other, weight=weight, std=std), RivalTuning()
     rows, others = model_rows(model, "mass"), model_rows(other.model, "mass")
-    shifts = rival_shifts(rows, [rival], [others])
+    shifts = rival_shifts(model, rows, [rival], [others])
     assert bool(rival_note(model, [rival], "N", tuning)) == noted
     assert (shifts is not None) == wider
     if shifts is not None:

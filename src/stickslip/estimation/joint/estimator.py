@@ -185,7 +185,7 @@ class JointEstimator:
         shifts = [*self._shifts(model, rows, estimate, terms, rows_of), *consistency.shifts]
         notes += others
         counted = rivals if terms else []
-        law_shifts = rival_shifts(rows, counted, [rows_of(rival.model) for rival in counted])
+        law_shifts = rival_shifts(model, rows, counted, [rows_of(rival.model) for rival in counted])
         if shifts or law_shifts is not None:
             widened = np.array(shifts) if shifts else None
             estimate, regression = self._solved(

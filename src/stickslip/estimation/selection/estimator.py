@@ -304,7 +304,7 @@ class SelectedModelEstimator:
         shifts, found = self._shifts(model, rows, estimate, terms, rows_of)
         notes += found
         counted = rivals if terms else []
-        law_shifts = rival_shifts(rows, counted, [rows_of(rival.model) for rival in counted])
+        law_shifts = rival_shifts(model, rows, counted, [rows_of(rival.model) for rival in counted])
         if shifts is not None or law_shifts is not None:
             estimate, regression = self._solved(
                 log, motions, model, rows, notes, shifts, law_shifts

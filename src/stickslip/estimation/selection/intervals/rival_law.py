@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.fit.intervals import robust_uncertainty
+from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model import Model, smallest_ratio
 from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.search.forward import BENDS
@@ -59,9 +60,10 @@ class Rival:
     def explains_more(self) -> bool:
         """Whether the residual decreases with the other law, by more than one standard error.
 
-        By more than two with a law of more parameters, which decreases any residual.
+        Or below that of the selected law, which a weight above one half means. By more than two
+        standard errors with a law of more parameters, which decreases any residual.
         """
-        return self.weight > (_LARGER if self.larger else 1.0) * self.std
+        return self.weight > (_LARGER * self.std if self.larger else min(self.std, 0.5))
 
     @property
     def counts(self) -> bool:
@@ -74,6 +76,10 @@ _LARGER = 2.0  # standard errors [-], of the weight of a law with more parameter
 _GRAVITY = (
     "gravity on a swinging load explains this log as well as a spring, so that stiffness and "
     "offset are uncertain; record a longer travel, or exclude the term that the axis does not have"
+)
+_LACKING_GRAVITY = (
+    "the spring may be gravity that the model of the robot lacks, as that of a payload, so that "
+    "stiffness and offset are uncertain; check its masses"
 )
 
 
@@ -188,6 +194,8 @@ def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTu
     own = model.friction()[0]
     if any(rival.load and rival.counts for rival in rivals):
         return _GRAVITY
+    if _lacks_gravity(model):
+        return _LACKING_GRAVITY
     others = [
         (abs(rival.model.friction()[0] - own), rival.model.friction()[0], rival.law)
         for rival in rivals
@@ -203,7 +211,7 @@ def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTu
 
 
 def rival_shifts(
-    rows: ModelRows, rivals: Sequence[Rival], others: Sequence[ModelRows]
+    model: Model, rows: ModelRows, rivals: Sequence[Rival], others: Sequence[ModelRows]
 ) -> Float[np.ndarray, "k p"] | None:
     """Return the differences to the parameters of the laws that explain the log as well [SI].
 
@@ -216,13 +224,39 @@ def rival_shifts(
     None if the log distinguishes the laws, or no other law decreases the residual.
     """
     own = dict(zip(rows.names, rows.values().tolist(), strict=True))
-    shifts: list[list[float]] = []
+    shifts = _of_lacking_gravity(model, rows)
     for rival, other in zip(rivals, others, strict=True):
         if not rival.counts:
             continue
         values = dict(zip(other.names, other.values().tolist(), strict=True))
         shifts.append([_value(values, name, own[name]) - own[name] for name in rows.names])
     return np.array(shifts) if shifts else None
+
+
+def _lacks_gravity(model: Model) -> bool:
+    """Return whether a spring acts beside the efforts of a model of the machine."""
+    return "spring" in model.names and bool(np.any(model.rows.model_effort))
+
+
+def _of_lacking_gravity(model: Model, rows: ModelRows) -> list[list[float]]:
+    """Return the differences by gravity of a payload in place of a spring beside a model [SI].
+
+    The torque ``g sin(x - x_g)`` of a mass that the model of a robot lacks has the slope
+    k = g cos(x - x_g) of the spring in the middle of the motion. There it is k tan(x - x_g), which
+    is between -k and k for half of all directions, and k (x - x_0) with the spring. The
+    difference of these is a part of the offset.
+    """
+    if not _lacks_gravity(model) or not model.offset or "mass" in rows.names:
+        return []
+    shape = next(shape for term, shape in model.chosen if term.name == "spring")
+    stiffness = float(model.coefficients("spring")[0])
+    middle = float(np.mean(model.rows.means(shape)))
+    offset = least_squares(rows.columns, model.scaled(np.ones(model.rows.size)))
+    own = np.equal(rows.names, "spring_stiffness")
+    return [
+        np.where(own, -stiffness, stiffness * (middle + torque) * offset).tolist()
+        for torque in (-1.0, 1.0)
+    ]
 
 
 def _value(values: dict[str, float], name: str, own: float) -> float:
