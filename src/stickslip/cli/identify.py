@@ -20,7 +20,7 @@ from stickslip.cli.terminal import axis_progress, working
 if TYPE_CHECKING:
     from stickslip import EstimationTask
     from stickslip.errors import InputError
-    from stickslip.records import AxisLog
+    from stickslip.records import AxisLog, Identification
 
 EXAMPLES = """Examples:
   stickslip identify stage.csv --report stage.html
@@ -122,7 +122,7 @@ def identify(
         Path | None,
         wanted(
             help="Another log of the same axes, read in the same way: the error of the prediction "
-            "of its effort is reported."
+            "of its effort is reported. Exit code 1 if it cannot be predicted."
         ),
     ] = None,
     files: ResultFiles | None = None,
@@ -202,7 +202,7 @@ def identify(
     from stickslip.presentation.terminal import print_identification
 
     files.print(found, print_identification)
-    return 0 if found.estimate.status.trusted else 1
+    return 0 if _sound(found) else 1
 
 
 def _all_axes(
@@ -227,7 +227,13 @@ def _all_axes(
     from stickslip.presentation.terminal import print_axes
 
     files.print(found, print_axes)
-    return 0 if found.trusted else 1
+    return 0 if not found.unread and all(map(_sound, found.axes.values())) else 1
+
+
+def _sound(found: "Identification") -> bool:
+    """Return whether an estimate can be trusted, and the log of its validation be predicted."""
+    validation = found.validation
+    return found.estimate.status.trusted and (validation is None or validation.error is not None)
 
 
 def _axes(

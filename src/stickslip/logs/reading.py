@@ -1,9 +1,11 @@
 """From a file or a data frame to an `AxisLog` in SI units, checked for plausibility."""
 
 from collections.abc import Iterable, Mapping
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from stickslip.errors import check_class
 from stickslip.logs.columns.assignment import Assignment, assign, one_axis
 from stickslip.logs.columns.channels import bind
 from stickslip.logs.columns.conversion import axis_log
@@ -56,10 +58,6 @@ def read_log(
     >>> log.source.assumptions[-1]
     'the axis is taken as linear because position is in mm'
     """
-    try:
-        Path(path)
-    except TypeError:
-        raise InputError("not_a_path", found=type(path).__name__) from None
     whole, where = schema_at(schema)
     table, source, name = open_log(path, whole.files, where)
     return _axis_of(remembered(table), whole, axis, where, source, name)
@@ -175,6 +173,7 @@ def schema_at(schema: str | Path | LogSchema | None) -> tuple[LogSchema, str]:
         return LogSchema(), ""
     if isinstance(schema, LogSchema):
         return schema, "schema"
+    check_class("schema", schema, str, PathLike, LogSchema)
     return read_schema(schema), Path(schema).name
 
 
