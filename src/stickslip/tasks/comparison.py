@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
+from numba.core import event
 
 from stickslip import __version__
 from stickslip.estimation.base import EstimationTask
@@ -110,13 +111,13 @@ def compare_log(
         log = log_at(log, schema, axis, columns)
     task = task or EstimationTask()
     names = _chosen_names(only, task, log.kind)
-    energy = _timed("energy", task, None, log)
-    inertia = _inertia_of(energy[0].estimate)
+    energy = _fitted("energy", task, None, log)
+    inertia = _inertia_of(energy.estimate)
     compared: list[ComparedEstimator] = []
     for done, name in enumerate(names):
         if progress is not None:
             progress(done, len(names))
-        found, seconds = energy if name == "energy" else _timed(name, task, inertia, log)
+        found, seconds = _timed(name, task, inertia, log)
         compared.append(_judged(log, task, name, found, seconds))
     return EstimatorComparison(log=log, compared=tuple(compared), stickslip_version=__version__)
 
@@ -165,17 +166,19 @@ def _timed(
 ) -> tuple[_Fitted, float]:
     """Return the fit of a log, and its time over the number of samples [s].
 
-    If the first fit is short, the time is that of a second one: the first also loads compiled code.
+    If the first fit is short, or compiles kernels, the time is that of a second one: the first also
+    loads compiled code.
     """
 
     def timed() -> tuple[_Fitted, float]:
         begun = time.perf_counter()
         return _fitted(name, task, energy_inertia, log), time.perf_counter() - begun
 
-    found, seconds = timed()
+    with event.install_recorder("numba:compile") as compilations:
+        found, seconds = timed()
     if found.estimate is None:
         return found, 0.0
-    if seconds < _LONG_FIT:
+    if seconds < _LONG_FIT or compilations.buffer:
         found, seconds = timed()
     return found, seconds / len(log)
 
@@ -262,11 +265,8 @@ def compare_scenario(
     names = _chosen_names(only, known, plant.kind)
     generators = np.random.default_rng(study.sensors.seed).spawn(count)
     first = measured_log(read, generators[0])
-    energy = _timed("energy", known, None, first)
-    inertia = _inertia_of(energy[0].estimate)
-    opening = {
-        name: energy if name == "energy" else _timed(name, known, inertia, first) for name in names
-    }
+    inertia = _inertia_of(_fitted("energy", known, None, first).estimate)
+    opening = {name: _timed(name, known, inertia, first) for name in names}
     bound, notes = _bound(read, plant, known, first)
     done = 1
 
