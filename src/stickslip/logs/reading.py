@@ -21,8 +21,7 @@ def read_log(
 ) -> AxisLog:
     """Read one axis from a log file, or from a folder of files.
 
-    Text (CSV and its relatives), Parquet, MATLAB (version 5 to 7.3) and NPZ files are recognised by
-    their endings.
+    The format is recognised by the ending of the file; the guide on formats lists all of them.
 
     Parameters
     ----------
@@ -71,7 +70,7 @@ def log_from_frame(
     Parameters
     ----------
     frame
-        The data frame.
+        The data frame. An index of pandas that has a name or holds times is a column.
     schema, axis
         As for `read_log`.
 

@@ -145,8 +145,10 @@ def triangle(matrix: Float[np.ndarray, "n p"]) -> Float[np.ndarray, "r p"]:
     """Return R of the QR decomposition of a matrix with many rows, first of blocks of them."""
     n, p = matrix.shape
     whole = n - n % _BLOCK
-    blocks = np.linalg.qr(matrix[:whole].reshape(-1, _BLOCK, p), mode="r").reshape(-1, p)
-    return np.asarray(np.linalg.qr(np.concatenate([blocks, matrix[whole:]]), mode="r"))
+    blocks = np.asarray(np.linalg.qr(matrix[:whole].reshape(-1, _BLOCK, p), mode="r"))
+    return np.asarray(
+        np.linalg.qr(np.concatenate([blocks.reshape(-1, p), matrix[whole:]]), mode="r")
+    )
 
 
 def least_squares(
