@@ -40,7 +40,8 @@ def identify(
         Parameter(
             help="The log: text (CSV, TSV, TwinCAT Scope), MATLAB .mat, NPY, NPZ, Parquet, "
             "Feather, HDF5, ROS bag, MCAP, MDF, TDMS, LeRobot or SysId; - is standard input; or a "
-            "folder with a schema that names its files. Several logs of one axis are fitted jointly."
+            "folder with a schema that names its files. Several logs of one axis are fitted "
+            "jointly."
         ),
     ],
     /,
