@@ -63,6 +63,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 SAMPLES = {
     "text": "written in the tests; exports of TwinCAT Scope after public ones (CagtayFabry/pytcs)",
     "Parquet": "written by pyarrow",
+    "Feather": "written by pyarrow",
     "MATLAB": "written by scipy, h5py and mat-io, none by MATLAB itself; public logs",
     "HDF5": "written by h5py",
     "ROS bag": "written by rosbags",
@@ -71,6 +72,7 @@ SAMPLES = {
     "TDMS": "written by npTDMS",
     "MDF": "written by asammdf, versions 3.3 and 4.1",
     "SysId": "written in the tests after the source of SysId",
+    "NPY": "written by NumPy",
     "NPZ": "written by NumPy",
 }
 """Origin of the sample of each format of the registry, all in ``tests/factories``."""

@@ -296,6 +296,13 @@ def one_of(name: str, value: Any, choices: Iterable[str], *, where: str = "") ->
         raise InputError("not_a_choice", where=where, name=name, value=value, choices=choices)
 
 
+def check_class(name: str, part: object, *kinds: type) -> None:
+    """Check that a part is an object of one of several classes; an InputError otherwise."""
+    if not isinstance(part, kinds) or isinstance(part, type):
+        needed = [kind.__name__ for kind in kinds]
+        raise InputError("wrong_type", name=name, found=type(part).__name__, needed=needed)
+
+
 _SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
 
 

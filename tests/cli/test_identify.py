@@ -85,6 +85,18 @@ def test_printed_text_and_files(run: Run, good_log: Path) -> None:
     assert sorted(good_log.parent.iterdir()) == sorted([good_log, json_file, report])
 
 
+def test_a_log_that_cannot_be_predicted_is_no_validation(
+    run: Run, good_log: Path, tmp_path: Path
+) -> None:
+    other = tmp_path / "other.csv"
+    other.write_text(good_log.read_text().replace("[N]", "[A]"))
+    fit = ("identify", good_log, "--no-select", "--validate")
+    assert run(*fit, good_log).code == 0
+    outcome = run(*fit, other)
+    assert outcome.code == 1
+    assert "No prediction of other.csv" in outcome.out
+
+
 def test_assumed_units_are_printed(run: Run, tmp_path: Path) -> None:
     columns = table()
     bare = {name.partition(" ")[0]: values for name, values in columns.items()}

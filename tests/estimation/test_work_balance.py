@@ -18,6 +18,7 @@ from simulated_logs import autoregression, disturbed, measured
 from slow_cases import quick_where
 
 from stickslip.estimation import EnergyEstimator
+from stickslip.estimation.fit.rows import triangle
 from stickslip.friction import CoulombViscousFriction
 from stickslip.logs import read_log
 from stickslip.plants import SingleMass
@@ -437,3 +438,10 @@ def test_the_published_stage(name: str, tolerance: float, benchmark_data: Any) -
             np.testing.assert_allclose(history[-1], list(published.values()), rtol=tolerance)
             # Coulomb friction and offset act alike until the first reversal
             assert np.all(np.linalg.eigvalsh(online.covariance(state)) > 0.0)
+
+
+@pytest.mark.parametrize("rows", [3, 256, 1000])
+def test_triangle_of_blocks_is_that_of_the_matrix(rows: int) -> None:
+    matrix = np.random.default_rng(rows).normal(size=(rows, 5))
+    whole = np.linalg.qr(matrix, mode="r")
+    np.testing.assert_allclose(np.abs(triangle(matrix)), np.abs(whole), atol=1e-13)

@@ -21,6 +21,7 @@ from measurement_files import (
     write_timetable,
 )
 from message_files import write_mcap_json, write_mcap_protobuf, write_ros_1, write_ros_2_file
+from pyarrow import feather
 from rosbags.rosbag2 import StoragePlugin
 
 from stickslip.logs.formats.registry import folder_format, format_of
@@ -106,6 +107,10 @@ OF_ALL_CHANNELS = {
     "tab.tsv": lambda path, columns: write_text(path, columns, "\t"),
     "tab-decimal-comma.txt": lambda path, columns: write_text(path, columns, "\t", ","),
     "blanks.txt": lambda path, columns: write_text(path, columns, "   "),
+    "structured.npy": lambda path, columns: np.save(
+        path, np.rec.fromarrays([*columns.values()], names=[*columns])
+    ),
+    "arrow.feather": lambda path, columns: feather.write_feather(pa.table(columns), path),
     "parquet.parquet": lambda path, columns: pq.write_table(pa.table(columns), path),
     "version-4.mat": lambda path, columns: scipy.io.savemat(path, columns, format="4"),
     "version-5.mat": scipy.io.savemat,

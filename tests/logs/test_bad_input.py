@@ -164,10 +164,16 @@ def test_folder_without_a_schema(tmp_path):
 DATA = {"t": np.arange(200) * 0.01, "x": np.sin(np.arange(200) * 0.1), "f": np.ones(200)}
 
 
-def test_archives_run_nothing(tmp_path):
-    path = tmp_path / "log.npz"
-    np.savez(path, t=np.array([{"a": 1}], dtype=object), allow_pickle=True)
-    assert "Object arrays cannot be loaded" in refusal(path)
+@pytest.mark.parametrize(("name", "save"), [("log.npz", np.savez), ("log.npy", np.save)])
+def test_files_of_numpy_run_nothing(name, save, tmp_path):
+    class Trap:
+        def __reduce__(self):
+            return os.mkdir, (str(tmp_path / "run"),)
+
+    save(tmp_path / name, np.array([Trap()], dtype=object))
+    with refuses("no_numbers_over_time"):
+        read_log(tmp_path / name)
+    assert not (tmp_path / "run").exists()
 
 
 def test_no_numbers_over_time(tmp_path):

@@ -277,6 +277,7 @@ def test_a_stated_position_chooses_its_axis(file):
         (1e7, 1.34e17, True),  # FILETIME
         (5e4, 0.0, False),  # a step of 100: 100 ms or 100 us
         (1e12, 0.0, False),
+        (1.0 / 60.0, 0.0, False),  # minutes
         (1.0 / 3600.0, 0.0, False),  # hours
         (1.0 / 86400.0, 45000.0, False),  # days, as spreadsheets count them
     ],

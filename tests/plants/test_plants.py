@@ -5,7 +5,7 @@ from refusals import refuses
 from stickslip.friction import CoulombViscousFriction, StribeckFriction
 from stickslip.planning import PulseLaw, PulseSeriesPlanner
 from stickslip.plants import FlexibleArm, SingleMass, check_affine
-from stickslip.simulation import simulate_sensitivity
+from stickslip.simulation import simulate, simulate_sensitivity
 
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=0.1)
 STRIBECK = StribeckFriction.symmetric(
@@ -31,6 +31,19 @@ def test_rejects_an_arm_without_one_of_its_parts(name):
 def test_a_rotary_axis_names_its_own_unit():
     with refuses("not_positive", name="mass", value=-1.0, unit="kg m^2"):
         SingleMass(mass=-1.0, friction=LAW, kind="rotary")
+
+
+@pytest.mark.parametrize("friction", [None, 3.0, CoulombViscousFriction])
+@pytest.mark.usefixtures("without_shape_checks")
+def test_a_plant_needs_a_friction_law(friction):
+    for make in (
+        lambda: SingleMass(mass=1.0, friction=friction),
+        lambda: FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=friction),
+    ):
+        with refuses("wrong_type", name="friction", needed=["FrictionLaw"]):
+            make()
+    with refuses("wrong_type", name="plant"):
+        simulate(friction, [1.0], sampling_time=0.01)
 
 
 def test_energies_of_a_frictionless_swing():

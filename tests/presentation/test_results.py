@@ -115,3 +115,9 @@ def test_an_interrupted_page_leaves_the_old_one(
         write_report(make(), target)
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
     assert target.read_text() == "old"
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+def test_what_is_no_result_has_no_page(tmp_path: Path) -> None:
+    with refuses("wrong_type", name="result", found="NoneType"):
+        write_report(None, tmp_path / "report.html")  # pyright: ignore[reportArgumentType]

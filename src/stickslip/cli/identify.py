@@ -24,7 +24,7 @@ from stickslip.cli.terminal import axis_progress, working
 if TYPE_CHECKING:
     from stickslip import EstimationTask
     from stickslip.errors import InputError
-    from stickslip.records import AxisLog
+    from stickslip.records import AxisLog, Identification
 
 EXAMPLES = """Examples:
   stickslip identify stage.csv --report stage.html
@@ -76,9 +76,10 @@ def identify(
     log: Annotated[
         Path,
         Parameter(
-            help="The log: text (CSV, TSV, TwinCAT Scope), MATLAB .mat, NPZ, Parquet, HDF5, ROS "
-            "bag, MCAP, MDF, TDMS, LeRobot or SysId; - is standard input; or a folder with a "
-            "schema that names its files. Several logs of one axis are fitted jointly."
+            help="The log: text (CSV, TSV, TwinCAT Scope), MATLAB .mat, NPY, NPZ, Parquet, "
+            "Feather, HDF5, ROS bag, MCAP, MDF, TDMS, LeRobot or SysId; - is standard input; or a "
+            "folder with a schema that names its files. Several logs of one axis are fitted "
+            "jointly."
         ),
     ],
     /,
@@ -96,7 +97,7 @@ def identify(
         Path | None,
         wanted(
             help="Another log of the same axes, read in the same way: the error of the prediction "
-            "of its effort is reported."
+            "of its effort is reported. Exit code 1 if it cannot be predicted."
         ),
     ] = None,
     files: ResultFiles | None = None,
@@ -171,7 +172,7 @@ def identify(
     from stickslip.presentation.terminal import print_identification
 
     files.print(found, print_identification)
-    return 0 if found.estimate.status.trusted else 1
+    return 0 if _sound(found) else 1
 
 
 def _all_axes(
@@ -196,7 +197,13 @@ def _all_axes(
     from stickslip.presentation.terminal import print_axes
 
     files.print(found, print_axes)
-    return 0 if found.trusted else 1
+    return 0 if not found.unread and all(map(_sound, found.axes.values())) else 1
+
+
+def _sound(found: "Identification") -> bool:
+    """Return whether an estimate can be trusted, and the log of its validation be predicted."""
+    validation = found.validation
+    return found.estimate.status.trusted and (validation is None or validation.error is not None)
 
 
 def _axes(

@@ -104,6 +104,10 @@ def open_log(
 
     ``named`` are the files of a folder by their short names, from the schema called ``where``.
     """
+    try:
+        Path(location)
+    except TypeError:
+        raise InputError("not_a_path", found=type(location).__name__) from None
     shown = printable(location)
     try:
         files = _files(location, named, where)

@@ -1,9 +1,11 @@
 """From a file or a data frame to an `AxisLog` in SI units, checked for plausibility."""
 
 from collections.abc import Iterable, Mapping
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from stickslip.errors import check_class
 from stickslip.logs.columns.assignment import Assignment, assign, one_axis
 from stickslip.logs.columns.channels import bind
 from stickslip.logs.columns.conversion import axis_log
@@ -19,8 +21,7 @@ def read_log(
 ) -> AxisLog:
     """Read one axis from a log file, or from a folder of files.
 
-    Text (CSV and its relatives), Parquet, MATLAB (version 5 to 7.3) and NPZ files are recognised by
-    their endings.
+    The format is recognised by the ending of the file; the guide on formats lists all of them.
 
     Parameters
     ----------
@@ -56,10 +57,6 @@ def read_log(
     >>> log.source.assumptions[-1]
     'the axis is taken as linear because position is in mm'
     """
-    try:
-        Path(path)
-    except TypeError:
-        raise InputError("not_a_path", found=type(path).__name__) from None
     whole, where = schema_at(schema)
     table, source, name = open_log(path, whole.files, where)
     return _axis_of(remembered(table), whole, axis, where, source, name)
@@ -73,7 +70,7 @@ def log_from_frame(
     Parameters
     ----------
     frame
-        The data frame.
+        The data frame. An index of pandas that has a name or holds times is a column.
     schema, axis
         As for `read_log`.
 
@@ -175,6 +172,7 @@ def schema_at(schema: str | Path | LogSchema | None) -> tuple[LogSchema, str]:
         return LogSchema(), ""
     if isinstance(schema, LogSchema):
         return schema, "schema"
+    check_class("schema", schema, str, PathLike, LogSchema)
     return read_schema(schema), Path(schema).name
 
 

@@ -38,7 +38,13 @@ class LinearModel(NamedTuple):
 
 @compiled(inline=True)
 def predict(
-    A: Matrix, Q: Matrix, P: Matrix, work: Matrix, states: int = 0, factor: float = 1.0
+    A: Matrix,
+    Q: Matrix,
+    P: Matrix,
+    work: Matrix,
+    states: int = 0,
+    factor: float = 1.0,
+    upper: bool = False,
 ) -> None:
     """Advance a covariance over a sample in place: P <- A P A' + f Q.
 
@@ -46,18 +52,20 @@ def predict(
     ----------
     A, Q, P, work, factor
         As in the equation, and room for a product [any units]; 0 ``states`` are those of P.
+    upper
+        Whether A is upper triangular, of which the zeros are then left out.
     """
     s = states if states > 0 else P.shape[0]
     for i in range(s):
         for j in range(s):
             total = 0.0
-            for h in range(s):
+            for h in range(i if upper else 0, s):
                 total += A[i, h] * P[h, j]
             work[i, j] = total
     for i in range(s):
         for j in range(i, s):
             total = Q[i, j] * factor
-            for h in range(s):
+            for h in range(j if upper else 0, s):
                 total += work[i, h] * A[j, h]
             P[i, j] = total
             P[j, i] = total

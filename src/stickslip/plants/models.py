@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray
 from typing_extensions import TypeVar
 
+from stickslip.errors import check_class
 from stickslip.friction import CoulombViscousFriction, FrictionLaw
 from stickslip.records import AxisKind, InputError, positive, quantity_field, unit_of
 
@@ -25,7 +26,7 @@ class SingleMass(Generic[Law_co]):
     Raises
     ------
     InputError
-        If the mass is not positive and finite.
+        If the mass is not positive and finite, or there is no friction law.
 
     Examples
     --------
@@ -42,6 +43,7 @@ class SingleMass(Generic[Law_co]):
     state_names: ClassVar[tuple[str, ...]] = ("position", "velocity")
 
     def __post_init__(self) -> None:
+        check_class("friction", self.friction, FrictionLaw)
         object.__setattr__(self, "mass", positive("mass", self.mass, unit_of("mass", self.kind)))
 
     def kinetic_energy(self, velocity: Float[ndarray, " n"]) -> Float[ndarray, " n"]:
@@ -61,7 +63,7 @@ class FlexibleArm(Generic[Law_co]):
     Raises
     ------
     InputError
-        If a mass or the stiffness is not positive and finite.
+        If a mass or the stiffness is not positive and finite, or there is no friction law.
 
     Examples
     --------
@@ -86,6 +88,7 @@ class FlexibleArm(Generic[Law_co]):
     )
 
     def __post_init__(self) -> None:
+        check_class("friction", self.friction, FrictionLaw)
         for name, quantity in (("mass_1", "mass"), ("mass_2", "mass"), ("stiffness", "stiffness")):
             value = positive(name, getattr(self, name), unit_of(quantity, self.kind))
             object.__setattr__(self, name, value)

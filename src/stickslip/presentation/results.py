@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from stickslip.errors import check_class
 from stickslip.presentation.axes import axes_page
 from stickslip.presentation.comparison import comparison_page, study_page
 from stickslip.presentation.drawing import Plot
@@ -49,7 +50,7 @@ def write_report(result: Result, path: Path | str) -> Path:
     Raises
     ------
     InputError
-        If nothing can be written there.
+        If it is no result of these, or nothing can be written there.
     """
     return write_page(page_of(result), path)
 
@@ -73,5 +74,6 @@ def figures_of(result: Result) -> dict[str, Plot]:
 
 
 def page_of(result: Result) -> Page:
-    """Return the page of a result."""
+    """Return the page of a result; an InputError for anything else."""
+    check_class("result", result, *PAGES)
     return PAGES[type(result)](result)

@@ -276,12 +276,12 @@ def print_excitation(console: "Console", designed: Excitation) -> None:
     kind = designed.kind
     travel, speed = designed.largest_travel, designed.largest_speed
     console.print(
-        f"{designed.effort.size} samples over {prefixed(designed.duration, 's')}; as believed, the "
+        f"{designed.effort.size} samples over {prefixed(designed.duration, 's')}; as assumed, the "
         f"axis moves up to {prefixed(travel, unit_of('position', kind))} away from where it "
         f"begins, at up to {prefixed(speed, unit_of('velocity', kind))}.",
         soft_wrap=True,
     )
-    heads = ("Believed", "± at best (95 %)", "Of it")
+    heads = ("Assumed", "± at best (95 %)", "Of it")
     table = Table(
         columns=[Column("Parameter", "left"), *map(Column, heads), Column("Unit", "left")],
         rows=[
@@ -299,15 +299,15 @@ def print_excitation(console: "Console", designed: Excitation) -> None:
     )
     print_table(console, table)
     words = (
-        "At best, for an axis as believed and a known effort: friction that changes, or a force "
-        "that disturbs the axis, widens the intervals."
+        "The smallest intervals, of an axis as assumed and a known effort: changes of friction and "
+        "disturbance forces widen them."
     )
     _say(console, words, "dim")
     if designed.undetermined:
         names = " and ".join(parameter_label(name, kind).lower() for name in designed.undetermined)
         _say(
             console,
-            f"Not to be trusted: such an input does not tell the {names}, whose interval reaches "
+            f"Not to be trusted: such an effort does not determine {names}, whose interval reaches "
             "0 even at best. Give a longer duration, or allow more effort, speed or travel.",
         )
 

@@ -16,7 +16,7 @@ _SCHEMA = 1
 
 _LOG_LEGEND = {
     "why_not": "why an estimator does not apply to this log; empty if it does",
-    "seconds_per_sample": "time of a whole fit over the samples of the log; of a fit below 2 s "
+    "seconds_per_sample": "time of a whole fit over the samples of the log; of a fit below 0.5 s "
     "the second of two, as the first also loads compiled code",
     "unexplained_effort": "norm of effort less inertia force and friction over norm of the effort, "
     "both smoothed and decimated as for idim-ls, and alike for every estimator; null of an arm",

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.errors import check_class
 from stickslip.friction.registry import LAWS
 from stickslip.numerics.named_fields import places
 from stickslip.plants import FlexibleArm, Plant, SingleMass
+from stickslip.plants.registry import PLANTS
 from stickslip.records import InputError, positive, whole
 from stickslip.simulation.kernels.arm import ARM_MODEL, arm_fields, arm_run, arm_step
 from stickslip.simulation.kernels.arm_batch import arm_batch
@@ -214,6 +216,7 @@ _KERNELS: Mapping[tuple[type, bool], PlantKernels] = {
 
 def kernels_of(plant: Plant) -> PlantKernels:
     """Return the kernels that propagate a plant, by its class and its friction law."""
+    check_class("plant", plant, *PLANTS.values())
     law = plant.friction
     if not isinstance(law, tuple(LAWS.values())):
         raise InputError("law_not_simulated", law=type(law).__name__)

@@ -156,6 +156,7 @@ def simulate(
     >>> round(float(motion.position[-1]), 9), motion.event_mode.tolist()
     (0.0002, [1, 0])
     """
+    kernels = kernels_of(plant)
     effort = finite_vector("commanded_effort", commanded_effort, unit_of("effort", plant.kind))
     model = kernel_model(plant, sampling_time, event_budget)
     state = initial_kernel_state(plant, initial_state)
@@ -167,9 +168,7 @@ def simulate(
         outputs = np.empty((3 if rigid else 5, n + 1))
         grazing = np.zeros(n, dtype=np.bool_)
         event_time, event_mode = np.empty(capacity), np.empty(capacity, dtype=np.int8)
-        count, failed = kernels_of(plant).run(
-            model, state, effort, outputs, grazing, event_time, event_mode
-        )
+        count, failed = kernels.run(model, state, effort, outputs, grazing, event_time, event_mode)
         if failed >= 0:
             raise budget_error(failed * sampling_time, event_budget)
         if count <= capacity:

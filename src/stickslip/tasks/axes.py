@@ -173,7 +173,8 @@ def identify_axes(
     if isinstance(log, Mapping):
         logs = dict(log)
     else:
-        name, logs = Path(log).stem, axes_at(log, schema, columns)
+        logs = axes_at(log, schema, columns)
+        name = Path(log).stem
     task = task or EstimationTask()
     readable = {axis: each for axis, each in logs.items() if isinstance(each, AxisLog)}
     results = _identified(with_common_times(readable), estimator, task, progress)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
+from numba.core import event
 
 from stickslip import __version__
 from stickslip.estimation.base import EstimationTask
@@ -32,7 +33,7 @@ from stickslip.simulation import simulate
 from stickslip.tasks.parallel import in_parallel
 from stickslip.tasks.reading import log_at
 
-_LONG_FIT = 2.0  # s, beside which the time to load compiled code is small
+_LONG_FIT = 0.5  # s, beside which the time to load compiled code is small
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,17 +166,19 @@ def _timed(
 ) -> tuple[_Fitted, float]:
     """Return the fit of a log, and its time over the number of samples [s].
 
-    If the first fit is short, the time is that of a second one: the first also loads compiled code.
+    If the first fit is short, or compiles kernels, the time is that of a second one: the first also
+    loads compiled code.
     """
 
     def timed() -> tuple[_Fitted, float]:
         begun = time.perf_counter()
         return _fitted(name, task, energy_inertia, log), time.perf_counter() - begun
 
-    found, seconds = timed()
+    with event.install_recorder("numba:compile") as compilations:
+        found, seconds = timed()
     if found.estimate is None:
         return found, 0.0
-    if seconds < _LONG_FIT:
+    if seconds < _LONG_FIT or compilations.buffer:
         found, seconds = timed()
     return found, seconds / len(log)
 

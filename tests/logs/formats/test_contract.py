@@ -178,6 +178,20 @@ def test_a_matrix_with_samples_in_rows_is_said(columns, tmp_path):
     assert "q is 2 x 60; its longer side is taken as time" in log.source.assumptions
 
 
+def test_arrays_of_numpy_with_objects_and_without_names(columns, tmp_path):
+    one, two, three = (tmp_path / name for name in ("stage.npz", "stage.npy", "objects.npy"))
+    np.savez(one, **columns, operator=np.array([{"name": "A"}, None], dtype=object))
+    assert list(read_log(one, LINEAR).time) == list(columns["time"])
+    np.save(two, np.column_stack([columns[name] for name in ("time", "position", "effort")]))
+    log = read_log(
+        two, LogSchema(kind="linear", time="column_1", position="column_2", effort="column_3")
+    )
+    np.testing.assert_array_equal(log.effort, columns["effort"])
+    np.save(three, np.array({"t": [0.0, 1.0]}, dtype=object))
+    with refuses("no_numbers_over_time"):
+        read_log(three)
+
+
 def test_units_in_the_names_of_any_format(columns, tmp_path):
     path = tmp_path / "stage.parquet"
     table = {"time [ms]": columns["time"], "pos (mm)": columns["position"],
@@ -204,6 +218,7 @@ def test_parquet_names_with_dots_and_other_types(columns, tmp_path):
     ("name", "library", "extra"),
     [
         ("parquet.parquet", "pyarrow", "parquet"),
+        ("arrow.feather", "pyarrow", "parquet"),
         ("version-7.3.mat", "h5py", "hdf5"),
         ("datasets.h5", "h5py", "hdf5"),
         ("ros.mcap", "rosbags.highlevel", "ros"),

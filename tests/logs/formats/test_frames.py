@@ -45,6 +45,17 @@ def test_dates_and_durations_become_seconds(library, stamps, columns):
     np.testing.assert_allclose(log.time, columns["time"], rtol=0, atol=1e-15)
 
 
+def test_the_index_of_a_pandas_frame_is_its_time(columns, expected, same):
+    frame = pd.DataFrame(columns)
+    stage = LogSchema(kind="linear", name="stage")
+    same(log_from_frame(frame.set_index("time"), stage), expected)
+    stamps = pd.Timestamp("2024-03-01") + pd.to_timedelta(frame.pop("time"), unit="s")
+    log = log_from_frame(frame.set_index(pd.DatetimeIndex(stamps, name=None)), stage)
+    np.testing.assert_allclose(log.time, columns["time"], rtol=0, atol=1e-15)
+    log = log_from_frame(pd.DataFrame(columns, index=range(60, 0, -1)), stage)
+    np.testing.assert_array_equal(log.time, columns["time"])
+
+
 @pytest.mark.parametrize("thing", [3, None, [1.0, 2.0], np.zeros((3, 3))])
 def test_what_is_no_data_frame(thing):
     with refuses("not_a_frame", where="data frame"):

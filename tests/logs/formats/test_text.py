@@ -62,6 +62,17 @@ def test_dialects(text, read):
     np.testing.assert_array_equal(log.effort, EFFORT)
 
 
+@pytest.mark.parametrize(
+    "rows",
+    ["999,5;-1.234.567,25;1\n1.000,5;9,0;2\n", "999.5;-1,234,567.25;1\n1,000.5;9.0;2\n"],
+    ids=["points", "commas"],
+)
+def test_separators_of_thousands(rows, read):
+    log = read("x;F;t\n" + rows)
+    assert log.measured_position.tolist() == [999.5, 1000.5]
+    assert log.effort.tolist() == [-1234567.25, 9.0]
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "latin-1"])
 def test_encodings(encoding, read):
     log = read("t [s],q [°],tau [Nm]\n0,0,1\n1,180,2\n", LogSchema(), encoding)
@@ -170,8 +181,9 @@ def test_dates_of_several_forms_are_seconds_since_the_first(read, date):
     assert log.time.tolist() == [0.0, 0.5, 1.0]
 
 
-def test_a_date_goes_on_at_midnight(read):
-    log = read("t,x,F\n31.12.2024 23:59:59,0,1\n01.01.2025 00:00:00,1,2\n")
+@pytest.mark.parametrize(("one", "other"), [("31.12.2024 ", "01.01.2025 "), ("", "")])
+def test_a_time_goes_on_at_midnight(one, other, read):
+    log = read(f"t,x,F\n{one}23:59:59,0,1\n{other}00:00:00,1,2\n")
     assert log.time.tolist() == [0.0, 1.0]
 
 

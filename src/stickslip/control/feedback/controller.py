@@ -17,7 +17,7 @@ from numba.extending import is_jitted
 
 from stickslip.compiled import compiled
 from stickslip.control.base import PositionController
-from stickslip.control.checks import check_class, check_fields
+from stickslip.control.checks import check_fields
 from stickslip.control.feedback.friction_compensation import (
     FrictionCompensation,
     OnlineFriction,
@@ -32,7 +32,7 @@ from stickslip.control.feedback.linear_parts import (
     pd_effort,
 )
 from stickslip.control.feedback.reference import PointToPoint, reference_at
-from stickslip.errors import check_sampling_time
+from stickslip.errors import check_class, check_sampling_time
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import InputError, SensorSample, non_negative, positive, quantity_field
 

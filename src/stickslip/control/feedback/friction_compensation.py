@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.checks import check_class, check_fields
+from stickslip.control.checks import check_fields
+from stickslip.errors import check_class
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import (
     InputError,

@@ -12,7 +12,8 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.control.base import PositionController
-from stickslip.control.checks import check_class, check_fields
+from stickslip.control.checks import check_fields
+from stickslip.errors import check_class
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import (
     InputError,

@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.base import PositionController
-from stickslip.control.checks import check_class, check_fields
+from stickslip.control.checks import check_fields
 from stickslip.control.feedback import profile_kernels as at
 from stickslip.control.feedback.pid import PIDController
+from stickslip.errors import check_class
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import (
     InputError,

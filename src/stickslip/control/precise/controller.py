@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.control.base import LOADED, PositionController
-from stickslip.control.checks import check_class, check_fields
+from stickslip.control.checks import check_fields
 from stickslip.control.feedback import profile_kernels
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
@@ -72,6 +72,7 @@ from stickslip.control.pulses.kernel import (
     wait_for_rest,
     watch,
 )
+from stickslip.errors import check_class
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning.pulse_kernels import pulse_duration
 from stickslip.records import (

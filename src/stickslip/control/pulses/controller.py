@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.base import PositionController
-from stickslip.control.checks import check_class, check_fields
+from stickslip.control.checks import check_fields
 from stickslip.control.pulses import kernel as at
 from stickslip.control.rest_detection import RestDetection
+from stickslip.errors import check_class
 from stickslip.records import (
     AxisKind,
     InputError,

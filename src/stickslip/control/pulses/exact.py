@@ -9,12 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.checks import check_class, check_fields
+from stickslip.control.checks import check_fields
 from stickslip.control.pulses import exact_state as at
 from stickslip.control.pulses.controller import PulseController, longest_samples
 from stickslip.control.pulses.exact_choice import plan
 from stickslip.control.pulses.exact_learning import learn
 from stickslip.control.pulses.kernel import EXACT, MOVING, STOPPED, emit, head, readable, watch
+from stickslip.errors import check_class
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.named_fields import places
 from stickslip.records import (

@@ -138,6 +138,19 @@ class Regression:
         return float(np.linalg.norm(residual)) / self.scale
 
 
+_BLOCK = 256  # rows of a block that fits into the cache
+
+
+def triangle(matrix: Float[np.ndarray, "n p"]) -> Float[np.ndarray, "r p"]:
+    """Return R of the QR decomposition of a matrix with many rows, first of blocks of them."""
+    n, p = matrix.shape
+    whole = n - n % _BLOCK
+    blocks = np.asarray(np.linalg.qr(matrix[:whole].reshape(-1, _BLOCK, p), mode="r"))
+    return np.asarray(
+        np.linalg.qr(np.concatenate([blocks.reshape(-1, p), matrix[whole:]]), mode="r")
+    )
+
+
 def least_squares(
     regressors: Float[np.ndarray, "n p"], target: Float[np.ndarray, " n"]
 ) -> Float[np.ndarray, " p"]:

@@ -27,11 +27,10 @@ _BITS = (16, 32)  # sizes of counters that begin again at 0
 _NEAR_END = 100.0
 """Steps from its end at which a counter can begin again: samples may be lost there."""
 
-_SECONDS = 1.0  # steps up to this are seconds: nothing logs an axis every 1 us [s]
+_SECONDS = 1.0  # steps up to this may be seconds: nothing logs an axis every 1 us [s]
 
-_LONGER_UNIT = 3e-6
-"""Steps below this are in a unit longer than s [s], such as the days of a spreadsheet: 10 ms are
-2.8e-6 hours."""
+_LONGER = {"min": 60.0, "hour": 3600.0, "day": 86400.0}
+"""Units longer than s, which a step below the shortest sampling time may be in [s]."""
 
 _AMBIGUOUS = 100  # fewest samples at which a step of 0.1 to 1 is ambiguous: it may be in s or in ms
 
@@ -144,8 +143,8 @@ def unit_of_stamps(
 
     Stamps of the size of a calendar time are one. Others are in s if their step is at most 1, or
     else in the one unit of ms, us and ns in which it is a sampling time. A long log with a step of
-    0.1 to 1 is refused: it is slow in s, and ordinary in ms. A step below 3e-6 is refused too: it
-    may be in hours or days.
+    0.1 to 1 is refused: it is slow in s, and ordinary in ms. A step below 5e-5 is refused too: it
+    may be in minutes, hours or days.
     """
     plain = "no unit is given, so it is taken in s"
     if stamps.size < 2 or not np.isfinite(stamps).all():
@@ -158,10 +157,10 @@ def unit_of_stamps(
         raise InputError(
             "time_unit_unknown", where=label, column=column, step=step, units=["s", "ms"]
         )
-    if 0.0 < step < _LONGER_UNIT:
-        raise InputError(
-            "time_unit_unknown", where=label, column=column, step=step, units=["hour", "day"]
-        )
+    if 0.0 < step < _FASTEST * (1.0 - _ROUNDED):
+        units = {"s": 1.0, **_LONGER}
+        likely = [name for name, factor in units.items() if step * factor <= _SLOWEST]
+        raise InputError("time_unit_unknown", where=label, column=column, step=step, units=likely)
     if step <= _SECONDS:
         return 1.0, plain
     units = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}

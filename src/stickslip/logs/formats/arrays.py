@@ -1,9 +1,12 @@
-"""Named arrays as the columns of a log, and NPZ archives of them."""
+"""Named arrays as the columns of a log, and files of NumPy with them."""
 
+import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.lib import format as npy
 
 from stickslip.logs.table import Column, RateGroup, Table, groups_by_length, name_columns
 from stickslip.records import InputError
@@ -108,8 +111,29 @@ def _groups(
 
 
 def read_npz(path: Path) -> Table:
-    """Read the numeric arrays of an NPZ file; nothing in it is run."""
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
-    numeric = {name: array for name, array in arrays.items() if array.dtype.kind in NUMERIC}
-    return table_of_arrays(numeric, path.name, counts_from=0)
+    """Read the numeric arrays of an NPZ file; objects in it are skipped, as nothing is run."""
+    variables: dict[str, np.ndarray] = {}
+    with zipfile.ZipFile(path) as archive:
+        for member in (each for each in archive.namelist() if each.endswith(".npy")):
+            with archive.open(member) as file:
+                variables |= _variables(file, member.removesuffix(".npy"))
+    return table_of_arrays(variables, path.name, counts_from=0)
+
+
+def read_npy(path: Path) -> Table:
+    """Read the array of an NPY file: fields, or the columns of a matrix; nothing in it is run."""
+    with path.open("rb") as file:
+        return table_of_arrays(_variables(file, "column"), path.name, counts_from=0)
+
+
+def _variables(file: Any, name: str) -> dict[str, np.ndarray]:
+    """Return a stored array under its name, or its fields under theirs; none of no numbers."""
+    version = npy.read_magic(file)
+    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    _, _, dtype = read_header(file)
+    file.seek(0)
+    if dtype.hasobject:
+        return {}
+    array = npy.read_array(file, allow_pickle=False)
+    fields = {name: array} if dtype.names is None else {k: array[k] for k in dtype.names}
+    return {each: values for each, values in fields.items() if values.dtype.kind in NUMERIC}

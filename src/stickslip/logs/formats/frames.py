@@ -1,4 +1,4 @@
-"""Data frames of any library that narwhals knows, and Parquet files, as the columns of a log."""
+"""Data frames of any library that narwhals knows, and files of Arrow, as columns of a log."""
 
 from collections.abc import Callable, Sequence
 from numbers import Real
@@ -28,6 +28,9 @@ def table_of_frame(frame: Any, label: str) -> Table:
         raise InputError("frame_with_equal_names", where=label) from None
     if isinstance(data, nw.LazyFrame):
         data = data.collect()
+    index = nw.maybe_get_index(data)
+    if index is not None and (name := _name_of_index(index)) not in {None, *data.columns}:
+        data = nw.from_native(nw.to_native(data).reset_index(names=name))
     titles = [str(title) for title in data.columns]
     headers, units = name_columns(titles)
     if not headers:
@@ -44,6 +47,15 @@ def table_of_frame(frame: Any, label: str) -> Table:
         return {name: _numbers(data[:, positions[name]], name, place) for name in names}
 
     return Table(label=label, headers=headers, units=units, load=load, place=place)
+
+
+def _name_of_index(index: Any) -> str | None:
+    """Return the name of the index of a pandas frame; ``time`` for times, None for row numbers."""
+    if index.nlevels > 1:
+        return None
+    return (
+        str(index.name) if index.name is not None else "time" if index.dtype.kind in "mM" else None
+    )
 
 
 def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column:
@@ -80,12 +92,34 @@ def read_parquet(path: Path) -> Table:
     with RequiredExtra("parquet", f"{path.name} is a Parquet file; reading it"):
         import pyarrow.parquet as pq
 
-    layout = table_of_frame(pq.read_schema(path).empty_table(), path.name)
+    def read(columns: list[str]) -> Any:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            return file.read(columns=columns)
+
+    return _table_of_columns(path, pq.read_schema(path), read)
+
+
+def read_feather(path: Path) -> Table:
+    """Read a Feather file (Arrow IPC), and of its columns only those in use."""
+    with RequiredExtra("parquet", f"{path.name} is a Feather file; reading it"):
+        import pyarrow as pa
+        from pyarrow import feather
+
+    with pa.OSFile(str(path)) as file:
+        layout = pa.ipc.open_file(file).schema
+
+    def read(columns: list[str]) -> Any:
+        return feather.read_table(path, columns=columns, memory_map=False)
+
+    return _table_of_columns(path, layout, read)
+
+
+def _table_of_columns(path: Path, schema: Any, read: Callable[[list[str]], Any]) -> Table:
+    """Return a file as a table, by the Arrow schema of its columns and a reader of some of them."""
+    layout = table_of_frame(schema.empty_table(), path.name)
 
     def load(names: Sequence[str]) -> dict[str, Column]:
-        headers = [layout.headers[name] for name in names]
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            content = file.read(columns=headers)
+        content = read([layout.headers[name] for name in names])
         return dict(table_of_frame(content, path.name).load(names))
 
     return Table(

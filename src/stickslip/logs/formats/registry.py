@@ -10,8 +10,8 @@ from types import MappingProxyType
 from typing import Protocol, runtime_checkable
 
 from stickslip.input_files import printable
-from stickslip.logs.formats.arrays import read_npz
-from stickslip.logs.formats.frames import read_parquet
+from stickslip.logs.formats.arrays import read_npy, read_npz
+from stickslip.logs.formats.frames import read_feather, read_parquet
 from stickslip.logs.formats.hdf5 import read_hdf5
 from stickslip.logs.formats.lerobot import INFO, read_lerobot
 from stickslip.logs.formats.matlab import read_matlab
@@ -65,6 +65,14 @@ ENTRIES = (
         libraries="pyarrow (Apache-2.0)",
         extra="parquet",
         signature=b"PAR1",
+    ),
+    LogFormat(
+        name="Feather",
+        endings=(".feather", ".arrow"),
+        read=read_feather,
+        libraries="pyarrow (Apache-2.0)",
+        extra="parquet",
+        signature=b"ARROW1",
     ),
     LogFormat(
         name="MATLAB",
@@ -126,6 +134,7 @@ ENTRIES = (
         signature=b"MDF ",
     ),
     LogFormat(name="SysId", endings=(".json",), read=read_sysid, signature=b"{"),
+    LogFormat(name="NPY", endings=(".npy",), read=read_npy, signature=b"\x93NUMPY"),
     LogFormat(name="NPZ", endings=(".npz",), read=read_npz, signature=b"PK\x03\x04"),
 )
 
@@ -134,6 +143,10 @@ FORMATS: Mapping[str, LogFormat] = MappingProxyType(
 )
 """The format of every known ending."""
 
+
+WORKBOOK = ("a workbook", "save the sheet of the log as CSV (UTF-8)")
+PICKLE = ("a pickle", 'pandas.read_pickle("log.pkl").to_csv("log.csv")')
+"""Name of the format, and how it is converted."""
 
 CONVERTED: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -145,6 +158,11 @@ CONVERTED: Mapping[str, tuple[str, str]] = MappingProxyType(
         ),
         ".svdx": ("a project of TwinCAT Scope", "export it as CSV, or TC3ScopeExportTool.exe"),
         ".candump": CANDUMP,
+        ".xlsx": WORKBOOK,
+        ".xls": WORKBOOK,
+        ".ods": WORKBOOK,
+        ".pkl": PICKLE,
+        ".pickle": PICKLE,
     }
 )
 """Formats that other tools convert, by the ending of their files."""

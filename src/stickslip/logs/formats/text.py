@@ -38,6 +38,14 @@ _MOMENT = re.compile(
 )
 """A date and time of day, or a time of day: 2024-12-31 (ISO 8601), 2024/12/31 or 31.12.2024."""
 
+_DAY = 86400.0  # [s]
+
+_GROUPED = {
+    ".": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d*"),
+    ",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d*"),
+}
+"""Numbers with separators of thousands, by the decimal sign that they must have to be clear."""
+
 _BLANKS = " "  # delimiter of columns between runs of blanks
 
 
@@ -159,6 +167,8 @@ class _Dialect:
 
     def number(self, cell: str) -> float | None:
         """Return the number in a cell, or None if it holds none."""
+        if _GROUPED[self.decimal].fullmatch(cell):
+            cell = cell.replace("." if self.decimal == "," else ",", "")
         if self.decimal == ",":
             cell = "?" if "." in cell else cell.replace(",", ".")
         try:
@@ -414,7 +424,11 @@ def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
         stamps = np.array(texts, "datetime64[ns]")
     except ValueError as error:
         raise InputError("no_such_date", where=label, name=name, reason=str(error)) from None
-    return (stamps - stamps[:1]).astype(np.int64) * 1e-9
+    seconds = (stamps - stamps[:1]).astype(np.int64) * 1e-9
+    if moments[0]["date"] or moments[0]["day"]:
+        return seconds
+    midnights = np.cumsum(np.diff(seconds, prepend=0.0) < -0.5 * _DAY)  # a clock begins again
+    return seconds + _DAY * midnights
 
 
 def _date(moment: re.Match[str]) -> str:

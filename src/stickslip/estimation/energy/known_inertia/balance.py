@@ -33,7 +33,7 @@ from stickslip.estimation.energy.known_inertia.stretches import (
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.fit.diagnostics import determined
 from stickslip.estimation.fit.least_cost import least_decades
-from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
+from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion, triangle
 from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.records import AxisLog
 
@@ -187,7 +187,7 @@ class _Balance:
         def cost(decades: float) -> float:
             white, logs = self._whitened(decades, beside)
             # With the measurements last, the last of R is the norm of their residual
-            left = np.asarray(np.linalg.qr(np.roll(white, -1, axis=1), mode="r"))
+            left = triangle(np.roll(white, -1, axis=1))
             return float(left[-1, -1] ** 2) + logs
 
         return least_decades(cost, _DISTURBANCE, grid=_GRID, tolerance=_DECADE_TOLERANCE)

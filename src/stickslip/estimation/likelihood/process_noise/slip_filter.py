@@ -209,6 +209,7 @@ def innovate(
     q, levels = G.shape[1], r.size
     Z, P = np.zeros((levels, q, _S)), np.zeros((levels, _S, _S))
     K, K_a, S = np.zeros(_S), np.zeros(_S), np.zeros(levels)
+    PH = np.zeros((levels, _S))
     moved, work, e = np.zeros((q, _S)), np.zeros((_S, _S)), np.zeros((levels, q))
     gram, logs = np.zeros((levels, q, q)), np.zeros(levels)
     information = np.zeros((levels - 1, levels - 1))
@@ -247,13 +248,16 @@ def innovate(
                 continue
             # Derivatives of the variance need the covariance before its update
             for a in range(1, levels):
-                total = R[a, c]
+                S[a] = R[a, c]
                 for i in range(_S):
+                    total = 0.0
                     for j in range(_S):
-                        total += H[c, i] * P[a, i, j] * H[c, j]
-                S[a] = total
+                        total += P[a, i, j] * H[c, j]
+                    PH[a, i] = total
+                    S[a] += H[c, i] * total
             S[0] = update(H[c], R[0, c], P[0], K, _S)
             logs[0] += np.log(S[0])
+            weight = 1.0 / S[0]
             for a in range(levels):
                 for j in range(deep if a else q):
                     total = measured[k, c] if a == 0 and j == 0 else 0.0
@@ -263,15 +267,13 @@ def innovate(
                             total -= dH[j - 1, c, i] * Z[a, 0, i]
                     e[a, j] = total
             for a in range(1, levels):
-                logs[a] += S[a] / S[0]
+                logs[a] += S[a] * weight
                 for i in range(_S):
-                    total = -K[i] * S[a]
-                    for j in range(_S):
-                        total += P[a, i, j] * H[c, j]
-                    K_a[i] = total / S[0]
+                    K_a[i] = (PH[a, i] - K[i] * S[a]) * weight
                 for i in range(_S):
-                    for j in range(_S):
+                    for j in range(i, _S):
                         P[a, i, j] -= (K_a[i] * K[j] + K[i] * K_a[j]) * S[0] + (K[i] * K[j] * S[a])
+                        P[a, j, i] = P[a, i, j]
                 for j in range(deep):
                     for i in range(_S):
                         Z[a, j, i] += K_a[i] * e[0, j] + K[i] * e[a, j]
@@ -282,23 +284,24 @@ def innovate(
                 if rows.shape[0] > 0:
                     rows[k, c, j] = e[0, j] / root if j == 0 else -e[0, j] / root
                 for i in range(j, q):
-                    gram[0, j, i] += e[0, j] * e[0, i] / S[0]
+                    gram[0, j, i] += e[0, j] * e[0, i] * weight
             for a in range(1, levels):
                 for j in range(deep):
                     for i in range(j, deep):
                         gram[a, j, i] += (
-                            e[a, j] * e[0, i] + e[0, j] * e[a, i] - e[0, j] * e[0, i] * S[a] / S[0]
-                        ) / S[0]
+                            e[a, j] * e[0, i]
+                            + e[0, j] * e[a, i]
+                            - e[0, j] * e[0, i] * S[a] * weight
+                        ) * weight
                 for b in range(a, levels):
-                    information[a - 1, b - 1] += (0.5 * S[a] * S[b] / S[0] + e[a, 0] * e[b, 0]) / S[
-                        0
-                    ]
+                    both = 0.5 * S[a] * S[b] * weight + e[a, 0] * e[b, 0]
+                    information[a - 1, b - 1] += both * weight
         for a in range(levels - 1, -1, -1):  # derivatives first: they need the values before
             count = deep if a else q
             for j in range(count):
                 for i in range(_S):
                     total = 0.0 if a else G[side, j, i] + B[side, j, i] * known[k]
-                    for g in range(_S):
+                    for g in range(i, _S):  # the transition is upper triangular
                         total += A[side, i, g] * Z[a, j, g]
                         if j > 0:
                             total += dA[side, j - 1, i, g] * Z[a, 0, g]
@@ -312,11 +315,11 @@ def innovate(
             for i in range(_S):
                 Z[0, q - loads.shape[1] + c, i] -= B[side, 0, i] * loads[k, c]
         for a in range(levels - 1, -1, -1):
-            predict(A[side], Q[a, side], P[a], work, _S)
+            predict(A[side], Q[a, side], P[a], work, _S, 1.0, True)
             if a and r[a] != 0.0:  # the only entry of the transition that a level changes
                 for i in range(_S):
                     total = 0.0
-                    for g in range(_S):
+                    for g in range(i, _S):
                         total += A[side, i, g] * P[0, g, _D]
                     total *= r[a]
                     P[a, i, _D] += total
