@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stickslip.control.landing.tracked.correction import NONE, CorrectedSeries, Tracking, before
+from stickslip.control.landing.tracked.correction import (
+    NONE,
+    CorrectedSeries,
+    Tracking,
+    _taken,
+    before,
+)
 from stickslip.control.landing.tracked.drive_fit import DriveFit
 from stickslip.control.landing.tracked.load_fit import LoadFit
 from stickslip.friction import CoulombViscousFriction
@@ -239,3 +245,10 @@ def test_a_past_deviation_of_constant_acceleration_is_exact(delay: float) -> Non
 def test_a_past_deviation_that_was_seen_to_be_another_keeps_its_velocity() -> None:
     kept = ((0.0, 1.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0))  # brought back by what was seen
     assert before(kept, 0.5, 0.01) == pytest.approx((0.0, 1.0, 0.0, 1.0), abs=1e-15)
+
+
+def test_the_filter_of_mass_2_depends_on_no_unit_of_length() -> None:
+    gain, by_noise = _taken(25.0, 1e-3, 90.0, 1e-3, (1e-4, 2e-3))
+    small, small_noise = _taken(25.0, 1e-3, 90.0, 1e-9, (1e-10, 2e-9))
+    np.testing.assert_allclose(small, gain, rtol=1e-9)
+    assert small_noise == pytest.approx(1e-6 * by_noise)

@@ -170,12 +170,13 @@ def _taken(
     """
     share = 1.0 - exp(-pole * T / TRACKING.taken_over)
     walk = strays**2 * w * T / pi
-    least = walk * (1.0 - share) / share**2
+    least = (1.0 - share) / share**2
     N = np.diag([noise[0] ** 2, (noise[1] / w) ** 2])
-    R = N + least * np.eye(2)
+    # Over the walk, as the solution of equations of 1e-12 m^2 fails
+    R = N / walk + least * np.eye(2)
     c, s = cos(w * T), sin(w * T)
     A = np.array([[c, s], [-s, c]])
-    P = solve_discrete_are(A.T, np.eye(2), walk * np.eye(2), R)
+    P = solve_discrete_are(A.T, np.eye(2), np.eye(2), R)
     K = P @ np.linalg.inv(P + R)
     by_noise = solve_discrete_lyapunov((np.eye(2) - K) @ A, K @ N @ K.T)
     return K, sqrt(float(np.trace(by_noise)))
