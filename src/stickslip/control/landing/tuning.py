@@ -155,7 +155,7 @@ class LearningTuning:
     estimate of friction."""
 
     # Drive, sensors and load
-    min_rows: int = 20  #: Fewest rows of a fit of drive or load [-].
+    min_rows: int = 10  #: Fewest rows of a fit of drive or load [-].
     significance: float = 3.0
     """Smallest loss of the load and lag of velocities that counts [standard deviations]."""
     exact_residual: float = 1e-6
