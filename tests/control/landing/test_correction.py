@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from stickslip.control.landing.tracked.correction import (
     NONE,
     CorrectedSeries,
+    Goal,
     Tracking,
     _taken,
     before,
@@ -36,6 +37,7 @@ def corrected(
     rests: bool,
     noise: tuple[float, float] = (0.0, 0.0),
     learned: bool = False,
+    aim: Goal = NONE,
 ) -> CorrectedSeries:
     planner = PulseSeriesPlanner(
         arm=ARM,
@@ -47,7 +49,7 @@ def corrected(
         rest_on_the_way=rests,
     )
     series = planner.plan((0.0, 0.0, 0.0, 0.0), target)
-    tracking = Tracking(pole=10.0, settling=5, limit=LIMIT, noise=noise, learned=learned)
+    tracking = Tracking(pole=10.0, settling=5, limit=LIMIT, noise=noise, learned=learned, aim=aim)
     return CorrectedSeries.of(series, ARM, losses, DRIVE, tracking)
 
 
@@ -91,6 +93,17 @@ def test_a_small_deviation_is_gone_at_the_end(way: float, rests: bool, losses: L
     np.testing.assert_allclose(end, 0.0, atol=2e-5)
     efforts = series.effort[series.moving // 5 : series.moving] + ARM.mass_1 * accelerations
     assert np.abs(efforts).max() <= max(LIMIT, np.abs(series.effort).max()) + 1e-12
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_series_ends_where_it_is_aimed(way: float) -> None:
+    aim = (1e-3, 0.0, -5e-4, 4e-4)  # the last one over the frequency of mass 2
+    series = corrected(way, NO_LOSSES, rests=False, aim=aim)
+    end, _ = moved(series, 0, (0.0, 0.0), NO_LOSSES)
+    w = np.sqrt(ARM.stiffness / ARM.mass_2)
+    np.testing.assert_allclose(end, [*aim[:3], w * aim[3]], atol=2e-5)
+    # It stays there while the feedback settles
+    assert series.after(series.moving - 1, NONE, 0.0) == (1e-3, 0.0, 1e-3, 0.0)
 
 
 def test_no_correction_without_a_deviation() -> None:

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from stickslip.control import TrackedBeside, TrackedLandingController
 from stickslip.control.landing.arm_belief import Swing
+from stickslip.control.landing.tracked.correction import NONE
 from stickslip.control.landing.tracked.drive_fit import DriveFit, SeenSeries
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
@@ -268,6 +269,23 @@ def test_an_assumed_static_friction_is_no_reason_not_to_move() -> None:
     assert state.static_ratio * 0.15 > landing._plan_limit(state)
     swing = Swing(position=0.0, offset=0.0, velocity=0.0, frequency=1.37)
     assert isinstance(landing._next_series(state, swing), PulseSeries)
+
+
+def test_a_miss_is_aimed_against_where_the_next_correction_is_the_same() -> None:
+    landing = controller(arm=ARM, estimator=KNOWN)
+    state, _, _ = flown(landing, 6.0)
+    flight = state.flights[0]
+    back = replace(flight.planned, position=flight.planned.position + 0.8)  # from 0.8 on
+    missed = replace(state, flights=(*state.flights, replace(flight, planned=back)), drive=None)
+    missed = replace(missed, travel=2.0, phases=(*state.phases, *state.phases))
+    end = flight.start + back.moving * T
+    swing = Swing(position=1.0 + 2e-4, offset=3e-4, velocity=0.0, frequency=back.frequency)
+    missed = landing._with_lesson(missed, SensorSample(end, 0.0, 0.0, 0.0, 0.0), swing)
+    aim = landing._aim(missed, 0.8, 1.0)
+    np.testing.assert_allclose(aim, (-1.4e-4, 0.0, -3.5e-4, 0.0), atol=1e-12)
+    assert landing._aim(missed, 0.9, 1.0) == NONE  # from another place
+    other = replace(missed.lesson, coulomb_friction=0.12)
+    assert landing._aim(replace(missed, lesson=other), 0.8, 1.0) == NONE  # with another model
 
 
 def test_masses_that_are_learned_are_no_gain_of_the_drive() -> None:

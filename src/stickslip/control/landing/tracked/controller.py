@@ -12,16 +12,17 @@ from stickslip.control.landing.tracked.correction import (
     NONE,
     CorrectedSeries,
     Deviation,
+    Goal,
     Tracking,
     before,
 )
 from stickslip.control.landing.tracked.drive_fit import LAGS
 from stickslip.control.landing.tracked.estimates import TrackedEstimates
-from stickslip.control.landing.tracked.nudge import moment, nudge
+from stickslip.control.landing.tracked.nudge import moment, nudge, scaled
 from stickslip.control.landing.tracked.sensing import (
     swing_deviation,
 )
-from stickslip.control.landing.tracked.state import TrackedState
+from stickslip.control.landing.tracked.state import Lesson, TrackedState
 from stickslip.control.landing.tuning import TRACKING
 from stickslip.numerics.growing import Growing
 from stickslip.planning import PulseLaw, PulseSeries
@@ -117,8 +118,12 @@ class TrackedLandingController(TrackedEstimates):
         return TRACKING.slack
 
     def _slowest(self, state: Any, travel: float) -> float:
-        corrects = travel < 0.5 * state.travel
+        corrects = self._corrects(state, travel)
         return TRACKING.correcting_speed if corrects else super()._slowest(state, travel)
+
+    def _corrects(self, state: Any, travel: float) -> bool:
+        """Return whether a series of a travel is a correction of the move."""
+        return abs(travel) < 0.5 * state.travel
 
     def _towards(self, state: Any, sample: SensorSample) -> Any:
         state = replace(
@@ -128,6 +133,7 @@ class TrackedLandingController(TrackedEstimates):
             best=inf,
             spent=None,
             farther=False,
+            lesson=None,
             request=None,
             answer=None,
         )
@@ -168,7 +174,46 @@ class TrackedLandingController(TrackedEstimates):
         if abs(error) > self._near(state):
             return super()._places(state, swing, least)
         share = TRACKING.farther_travel if state.farther else TRACKING.correcting_travel
-        return super()._places(state, swing, max(least, share * state.travel))[-4:]
+        farther = super()._places(state, swing, max(least, share * state.travel))[-4:]
+        lesson = state.lesson
+        if lesson is None or abs(state.target - lesson.place) < share * state.travel:
+            return farther
+        return [lesson.place, *farther]
+
+    def _aim(self, state: TrackedState, start: float, target: float) -> Goal:
+        """Return the final deviation that a series aims at, against the miss of one like it."""
+        lesson = state.lesson
+        if lesson is None or target != state.target:
+            return NONE
+        drive, (coulomb, _) = self._drive(state), self._friction(state)
+        known = (
+            abs(coulomb - lesson.coulomb_friction) <= TRACKING.other_friction * coulomb
+            and abs(drive.delay - lesson.drive.delay) <= TRACKING.other_delay
+            and abs(drive.gain - lesson.drive.gain) <= TRACKING.other_gain
+        )
+        off = abs(start - lesson.place)
+        same = off <= TRACKING.same_place * abs(target - lesson.place)
+        return lesson.aim if known and same else NONE
+
+    def _with_lesson(self, state: Any, sample: SensorSample, swing: Swing) -> Any:
+        """Return the state with what the next correction aims at, by the miss of the last one."""
+        last = state.flights[-1]
+        travel = state.target - float(last.planned.position[0])
+        if state.series_since_target == 1 or not self._corrects(state, travel):
+            return state
+        later = last.start + last.planned.moving * self.sampling_time - sample.time
+        x, _, x2, v2 = swing.state(later)
+        miss = (x - state.target, 0.0, x2 - state.target, v2 / swing.frequency)
+        share = TRACKING.repeated_miss
+        pairs = zip(last.planned.aim, miss, strict=True)
+        aim_x, _, aim_x2, aim_v2 = (aim - share * off for aim, off in pairs)
+        lesson = Lesson(
+            place=float(last.planned.position[0]),
+            aim=(aim_x, 0.0, aim_x2, aim_v2),
+            coulomb_friction=last.coulomb_friction,
+            drive=last.planned.drive,
+        )
+        return replace(state, lesson=lesson)
 
     def _next_series(self, state: Any, swing: Swing, later: float = 0.0) -> PulseSeries | str:
         if state.phases and state.phase.name == "series" and self._as_planned(state):
@@ -185,6 +230,7 @@ class TrackedLandingController(TrackedEstimates):
             limit=TRACKING.correction_share * self._most(state),
             noise=self._noise,
             learned=state.load.rows > 0,
+            aim=self._aim(state, swing.position, series.target),
         )
         arm = self._estimated_arm(state)
         return CorrectedSeries.of(series, arm, state.load.losses, drive, tracking)
@@ -201,6 +247,8 @@ class TrackedLandingController(TrackedEstimates):
             goal=NONE,
             computed=False,
             nudges=0,
+            nudged=None,
+            nudge_scale=1.0,
         )
 
     def _planned_effort(self, state: Any) -> tuple[Any, float]:
@@ -339,7 +387,7 @@ class TrackedLandingController(TrackedEstimates):
     def _as_planned(self, state: Any) -> bool:
         """Return whether a series goes as planned: drive and load are about what it assumed."""
         series, drive = state.flights[-1].planned, self._drive(state)
-        if state.goal != NONE or abs(drive.delay - series.drive.delay) > TRACKING.other_delay:
+        if state.goal != series.aim or abs(drive.delay - series.drive.delay) > TRACKING.other_delay:
             return False
         arm, (coulomb, _) = self._estimated_arm(state), self._friction(state)
         viscous = sqrt(arm.stiffness * arm.mass_2)
@@ -356,6 +404,13 @@ class TrackedLandingController(TrackedEstimates):
     def _judged(self, state: Any, sample: SensorSample) -> Any:
         swing = self._swing(state)
         miss = self._miss(state, swing)
+        missed = bool(state.track) and state.flights[-1].planned.target == state.target
+        if missed and state.nudges == 0:
+            state = self._with_lesson(state, sample, swing)
+        if state.nudged is not None:
+            start, planned = state.nudged
+            scale = scaled(state.nudge_scale, planned, swing.position - start)
+            state = replace(state, nudged=None, nudge_scale=scale)
         nudged = self._nudged(state, swing, miss)
         if nudged is not None:
             return nudged
@@ -391,17 +446,22 @@ class TrackedLandingController(TrackedEstimates):
         (coulomb, _), planned = self._friction(state), self._plan_limit(state)
         if planned <= coulomb:
             return None
-        mass = self._estimated_arm(state).mass_1
-        samples, effort, certain = nudge(
-            PulseLaw(mass=mass, coulomb_friction=coulomb, viscous_friction=0.0),
-            error,
+        arm, scale = self._estimated_arm(state), state.nudge_scale
+        # The spring pulls towards mass 2, less and less as mass 1 moves
+        pull = arm.stiffness * swing.offset * (1.0 if error > 0.0 else -1.0)
+        held = max(coulomb - 0.5 * pull, TRACKING.nudge_friction * coulomb)
+        samples, effort, way, certain = nudge(
+            PulseLaw(mass=arm.mass_1, coulomb_friction=held, viscous_friction=0.0),
+            error / scale,
             sampling_time=self.sampling_time,
             limits=(planned, self.effort_limit),
-            frees=coulomb * state.static_ratio,
+            frees=max(coulomb * state.static_ratio - pull, held),
+            farthest=TRACKING.nudge_beyond * tolerance / scale,
         )
         # One that may not free mass 1 is not often tried
         nudges = state.nudges + (1 if certain else TRACKING.most_nudges // 2)
-        state = replace(state, nudges=nudges, nudge=(samples, effort))
+        nudged = swing.position, scale * way
+        state = replace(state, nudges=nudges, nudge=(samples, effort), nudged=nudged)
         return replace(state, window=state.window.empty())
 
     def _spent(self, state: Any) -> str | None:
