@@ -299,7 +299,7 @@ def test_masses_that_are_learned_are_no_gain_of_the_drive() -> None:
 
 @pytest.mark.slow
 def test_a_tolerance_that_no_series_meets_ends_near_the_target() -> None:
-    landing = controller(tolerance=1e-13)
+    landing = controller(tolerance=1e-13, most_series=40)
     state, path, _ = flown(landing, 100.0, delay=1)
     assert landing.outcome(state) is PositioningOutcome.STOPPED
     assert "no nearer" in str(landing.why(state))

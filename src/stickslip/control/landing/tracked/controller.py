@@ -123,7 +123,7 @@ class TrackedLandingController(TrackedEstimates):
 
     def _corrects(self, state: Any, travel: float) -> bool:
         """Return whether a series of a travel is a correction of the move."""
-        return abs(travel) < 0.5 * state.travel
+        return bool(abs(travel) < 0.5 * state.travel)
 
     def _towards(self, state: Any, sample: SensorSample) -> Any:
         state = replace(
