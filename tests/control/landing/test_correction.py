@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stickslip.control.landing.tracked.correction import NONE, CorrectedSeries, Tracking, before
+from stickslip.control.landing.tracked.correction import (
+    NONE,
+    CorrectedSeries,
+    Goal,
+    Tracking,
+    _taken,
+    before,
+)
 from stickslip.control.landing.tracked.drive_fit import DriveFit
 from stickslip.control.landing.tracked.load_fit import LoadFit
 from stickslip.friction import CoulombViscousFriction
@@ -30,6 +37,7 @@ def corrected(
     rests: bool,
     noise: tuple[float, float] = (0.0, 0.0),
     learned: bool = False,
+    aim: Goal = NONE,
 ) -> CorrectedSeries:
     planner = PulseSeriesPlanner(
         arm=ARM,
@@ -41,7 +49,7 @@ def corrected(
         rest_on_the_way=rests,
     )
     series = planner.plan((0.0, 0.0, 0.0, 0.0), target)
-    tracking = Tracking(pole=10.0, settling=5, limit=LIMIT, noise=noise, learned=learned)
+    tracking = Tracking(pole=10.0, settling=5, limit=LIMIT, noise=noise, learned=learned, aim=aim)
     return CorrectedSeries.of(series, ARM, losses, DRIVE, tracking)
 
 
@@ -85,6 +93,17 @@ def test_a_small_deviation_is_gone_at_the_end(way: float, rests: bool, losses: L
     np.testing.assert_allclose(end, 0.0, atol=2e-5)
     efforts = series.effort[series.moving // 5 : series.moving] + ARM.mass_1 * accelerations
     assert np.abs(efforts).max() <= max(LIMIT, np.abs(series.effort).max()) + 1e-12
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_series_ends_where_it_is_aimed(way: float) -> None:
+    aim = (1e-3, 0.0, -5e-4, 4e-4)  # the last one over the frequency of mass 2
+    series = corrected(way, NO_LOSSES, rests=False, aim=aim)
+    end, _ = moved(series, 0, (0.0, 0.0), NO_LOSSES)
+    w = np.sqrt(ARM.stiffness / ARM.mass_2)
+    np.testing.assert_allclose(end, [*aim[:3], w * aim[3]], atol=2e-5)
+    # It stays there while the feedback settles
+    assert series.after(series.moving - 1, NONE, 0.0) == (1e-3, 0.0, 1e-3, 0.0)
 
 
 def test_no_correction_without_a_deviation() -> None:
@@ -239,3 +258,10 @@ def test_a_past_deviation_of_constant_acceleration_is_exact(delay: float) -> Non
 def test_a_past_deviation_that_was_seen_to_be_another_keeps_its_velocity() -> None:
     kept = ((0.0, 1.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0))  # brought back by what was seen
     assert before(kept, 0.5, 0.01) == pytest.approx((0.0, 1.0, 0.0, 1.0), abs=1e-15)
+
+
+def test_the_filter_of_mass_2_depends_on_no_unit_of_length() -> None:
+    gain, by_noise = _taken(25.0, 1e-3, 90.0, 1e-3, (1e-4, 2e-3))
+    small, small_noise = _taken(25.0, 1e-3, 90.0, 1e-9, (1e-10, 2e-9))
+    np.testing.assert_allclose(small, gain, rtol=1e-9)
+    assert small_noise == pytest.approx(1e-6 * by_noise)

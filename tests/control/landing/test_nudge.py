@@ -5,7 +5,7 @@ from math import cos, sin
 import pytest
 
 from stickslip.control.landing.arm_belief import Swing
-from stickslip.control.landing.tracked.nudge import moment, nudge
+from stickslip.control.landing.tracked.nudge import moment, nudge, scaled
 from stickslip.planning import PulseLaw
 
 MASS, COULOMB, T = 2.0, 0.5, 0.01
@@ -19,11 +19,16 @@ def way_of(effort: float, samples: int) -> float:
     return 0.5 * speed * width + 0.5 * speed**2 / (COULOMB / MASS)
 
 
+def fired(error: float, frees: float, farthest: float = 0.0) -> tuple[int, float, float, bool]:
+    return nudge(LAW, error, sampling_time=T, limits=(2.0, 2.5), frees=frees, farthest=farthest)
+
+
 @pytest.mark.parametrize("error", [3e-3, -3e-3, 1e-4])
 def test_it_goes_as_far_as_the_error(error: float) -> None:
-    samples, effort, certain = nudge(LAW, error, sampling_time=T, limits=(2.0, 2.5), frees=0.5)
+    samples, effort, way, certain = fired(error, COULOMB)
     assert certain
     assert effort * error > 0.0
+    assert way == pytest.approx(error, rel=1e-12)
     assert way_of(abs(effort), samples) == pytest.approx(abs(error), rel=1e-12)
     shorter = way_of(2.0, samples - 1) if samples > 1 else 0.0
     assert shorter < abs(error) <= way_of(2.0, samples)
@@ -31,13 +36,40 @@ def test_it_goes_as_far_as_the_error(error: float) -> None:
 
 def test_it_goes_farther_to_free_the_mass_but_not_by_much() -> None:
     error = 1e-5
-    exact = nudge(LAW, error, sampling_time=T, limits=(2.0, 2.5), frees=COULOMB)[1]
+    exact = fired(error, COULOMB)[1]
     frees = 1.02 * exact
-    samples, effort, certain = nudge(LAW, error, sampling_time=T, limits=(2.0, 2.5), frees=frees)
+    samples, effort, _, certain = fired(error, frees)
     assert (samples, effort, certain) == (1, pytest.approx(frees), True)
-    samples, effort, certain = nudge(LAW, error, sampling_time=T, limits=(2.0, 2.5), frees=1.5)
+    samples, effort, way, certain = fired(error, 1.5)
     assert not certain
     assert way_of(effort, samples) == pytest.approx(1.7 * error, rel=1e-12)
+    assert way == pytest.approx(1.7 * error, rel=1e-12)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_where_it_is_too_short_to_free_the_mass_it_leads_beyond_and_another_comes_back(
+    side: float,
+) -> None:
+    error, frees = 1e-5, 1.5
+    samples, effort, way, certain = fired(side * error, frees, farthest=1e-2)
+    assert certain
+    assert abs(effort) > frees
+    assert way_of(abs(effort), samples) == pytest.approx(abs(way), rel=1e-12)
+    left = side * error - way
+    assert left * side < 0.0
+    samples, effort, way, certain = fired(left, frees, farthest=1e-2)
+    assert certain
+    assert way == pytest.approx(left, rel=1e-12)  # straight to the target
+    assert abs(effort) > frees
+
+
+def test_the_scale_of_pulses_converges_to_that_of_their_ways() -> None:
+    scale = 1.0
+    for _ in range(20):
+        scale = scaled(scale, scale * 1e-4, 1.4e-4)
+    assert scale == pytest.approx(1.4, rel=1e-4)
+    assert scaled(scale, 1e-4, 0.0) == scale  # one that has not moved the mass shows nothing
+    assert scaled(scale, 1e-4, 1.0) < 5.0
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

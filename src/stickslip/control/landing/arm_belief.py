@@ -147,6 +147,11 @@ class FlightLog:
         expected = self.direction * self.expected_velocity[1 : stuck + 1]
         return bool((expected > 2.0 * LANDING.moving_deviations * self.velocity_noise).any())
 
+    def largest_force(self, arm: FlexibleArm) -> float:
+        """Return more than what has moved mass 1: the largest of effort and spring [N or N m]."""
+        stretch = float(np.nanmax(np.abs(self.seen[:, 0] - self.seen[:, 2])))
+        return float(np.abs(self.effort).max()) + arm.stiffness * stretch
+
     def slipping(self) -> int:
         """Return for how many samples mass 1 has slipped, from the begin on, without a stop."""
         fast = self._fast
@@ -270,6 +275,8 @@ class ArmBelief:
         found, size, unlike = self._explained(flight, n)
         theta, jacobian = found.x, np.asarray(found.jac)
         if unlike or float(np.sum(found.fun[size:] ** 2)) > LEARNING.surprise:
+            return self
+        if np.exp(theta[3]) > flight.largest_force(self.arm):
             return self
         if running is not None and not running.agrees(*np.exp(theta[3:5]).tolist()):
             return self

@@ -230,7 +230,7 @@ class ArmPlans(Supervisor[LandingState]):
         """
         travel = abs(state.target - swing.position) + swing.amplitude
         try:
-            planner, smallest = self._planner(state)
+            planner, smallest = self._planner(state, swing)
         except InputError as refusal:  # the estimate may be of no arm that could rest
             return str(refusal)
         longest = self._longest(state, travel)
@@ -248,11 +248,16 @@ class ArmPlans(Supervisor[LandingState]):
                     why = why or str(refusal)
         return why or "every place that a series could lead to is outside the travel"
 
-    def _planner(self, state: LandingState) -> tuple[PulseSeriesPlanner, float]:
-        """Return the planner of series, and the least travel of one to a place beyond."""
+    def _planner(self, state: LandingState, swing: Swing) -> tuple[PulseSeriesPlanner, float]:
+        """Return the planner of series, and the least travel of one to a place beyond.
+
+        Static friction is an assumption: it is no reason not to try.
+        """
         arm = self._estimated_arm(state)
         coulomb, viscous = self._friction(state)
-        static = coulomb * state.static_ratio
+        pulled = arm.stiffness * swing.amplitude + abs(arm.friction.offset)
+        most = LANDING.most_static * self._plan_limit(state) - pulled
+        static = max(coulomb, min(coulomb * state.static_ratio, most))
         friction = CoulombViscousFriction.symmetric(
             coulomb_friction=coulomb,
             viscous_friction=viscous,
@@ -450,12 +455,15 @@ class ArmPlans(Supervisor[LandingState]):
         if state.belief is not None:
             return state.belief
         coulomb, viscous = self._friction(state)
+        covariance = self._covariance(state)
+        if not covariance[0, 0] < self.effort_limit**2:  # it says nothing
+            covariance = np.full((2, 2), inf)
         return ArmBelief.first(
             self.arm,
             uncertainty=self.arm_uncertainty or LEARNING.body_uncertainty,
             coulomb_friction=coulomb,
             viscous_friction=viscous,
-            covariance=self._covariance(state),
+            covariance=covariance,
         )
 
     def _friction(self, state: LandingState) -> tuple[float, float]:

@@ -155,7 +155,7 @@ class LearningTuning:
     estimate of friction."""
 
     # Drive, sensors and load
-    min_rows: int = 20  #: Fewest rows of a fit of drive or load [-].
+    min_rows: int = 10  #: Fewest rows of a fit of drive or load [-].
     significance: float = 3.0
     """Smallest loss of the load and lag of velocities that counts [standard deviations]."""
     exact_residual: float = 1e-6
@@ -278,6 +278,8 @@ class TrackingTuning:
     other_delay: float = 0.05
     """Change of the delay from which the end of a series is planned anew [samples]."""
     other_gain: float = 3e-3  #: Change of the drive's gain from which it is planned anew [-].
+    other_friction: float = 0.01
+    """Change of Coulomb friction from which a miss is not expected again [that friction]."""
     other_losses: float = 1e-3
     """Change of the losses of the load from which it is planned anew [root of stiffness times
     mass 2; Coulomb friction of mass 1]."""
@@ -288,6 +290,11 @@ class TrackingTuning:
     """Travel of a series that corrects [move times `LandingTuning.beyond`]."""
     farther_travel: float = 0.2
     """Travel of a series where a shorter one has not helped [move times `LandingTuning.beyond`]."""
+    repeated_miss: float = 0.7
+    """Share of a miss that the next series from the same place is aimed against [-]: what a wrong
+    model causes is the same again, what noise causes is not."""
+    same_place: float = 0.02
+    """Distance of two places from which series count as the same [travel of the series]."""
     improvement: float = 0.7
     """Largest miss after a correction that has helped [smallest miss so far]: two that have not
     stop the landing."""
@@ -302,6 +309,20 @@ class TrackingTuning:
     overshoot: float = 1.7
     """Largest travel of a pulse, with Coulomb friction alone [error of mass 1]: one that certainly
     frees mass 1 may take it beyond the target."""
+    nudge_return: float = 1.6
+    """How far beyond the target a pulse leads where a shorter one may not free mass 1 [least way of
+    a pulse that frees it]: the one that comes back frees it."""
+    nudge_beyond: float = 20.0
+    """Longest way of a pulse that leads beyond the target [tolerances]: its law is right to some
+    percent, and so is the way back."""
+    nudge_learning: float = 0.6
+    """Exponent with which the way of a pulse over that by its law scales the next ones [-]: what
+    noise of the effort causes is not repeated."""
+    nudge_scales: tuple[float, float] = (0.5, 3.0)
+    """Least and largest such scale [-]: a slow pulse with static friction goes less far than a
+    longer one, bristles add to it."""
+    nudge_friction: float = 0.3
+    """Least friction in the law of a pulse that the spring helps [Coulomb friction]."""
     nudge_beside: float = 0.7
     """Distance of mass 2 from the target at which a pulse is fired [tolerances]."""
     nudge_passing: float = 0.1

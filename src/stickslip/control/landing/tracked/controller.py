@@ -1,38 +1,31 @@
 """Landing of a flexible arm by series of pulses that feedback on both masses tracks."""
 
 from dataclasses import dataclass, replace
-from math import ceil, exp, inf, isfinite, sqrt
-from typing import Any, ClassVar
+from math import ceil, exp, inf, sqrt
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
-from stickslip.control.landing.arm import LandingController
 from stickslip.control.landing.arm_belief import Swing
-from stickslip.control.landing.arm_plan import LandingState, PlanAnswer
-from stickslip.control.landing.supervisor import LEAST_FRICTION
+from stickslip.control.landing.arm_plan import LandingState
 from stickslip.control.landing.tracked.correction import (
     NONE,
     CorrectedSeries,
     Deviation,
+    Goal,
     Tracking,
     before,
 )
-from stickslip.control.landing.tracked.drive_fit import LAGS, DriveFit, SeenSeries
-from stickslip.control.landing.tracked.nudge import moment, nudge
-from stickslip.control.landing.tracked.poles import feedback_poles
+from stickslip.control.landing.tracked.drive_fit import LAGS
+from stickslip.control.landing.tracked.estimates import TrackedEstimates
+from stickslip.control.landing.tracked.nudge import moment, nudge, scaled
 from stickslip.control.landing.tracked.sensing import (
-    acceleration,
     swing_deviation,
-    with_lag,
-    with_load,
-    with_velocities,
 )
-from stickslip.control.landing.tracked.state import TrackedAnswer, TrackedState
+from stickslip.control.landing.tracked.state import Lesson, TrackedState
 from stickslip.control.landing.tuning import TRACKING
 from stickslip.numerics.growing import Growing
-from stickslip.planning import LoadLosses, PulseLaw, PulseSeries
-from stickslip.plants import FlexibleArm
+from stickslip.planning import PulseLaw, PulseSeries
 from stickslip.records import SensorSample
 
 _KEPT = LAGS + 2  # deviations, for the delay
@@ -40,7 +33,7 @@ _ROUNDING = 1e-6  # samples
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackedLandingController(LandingController):
+class TrackedLandingController(TrackedEstimates):
     """Land a flexible arm by series of pulses, each tracked by feedback.
 
     The first series to a target begins as soon as the swing of mass 2 is known, with friction as
@@ -60,6 +53,9 @@ class TrackedLandingController(LandingController):
     are the frequency of mass 2, the damping d of the spring and the friction of mass 2, where the
     load is measured. The next series is planned and tracked with them. Where mass 1 rests on the
     way and the estimates are others than those planned with, what follows is planned anew.
+
+    A new target in the middle of a series takes over at its end, which leaves mass 2 at rest, or
+    from the rest on the way on.
 
     An arm off its target by little is corrected by two series, to a place beyond and back, or,
     where mass 1 alone is off, by a pulse. Where two corrections bring it no nearer, it is
@@ -88,8 +84,6 @@ class TrackedLandingController(LandingController):
     """
 
     most_series: int = 12
-    _states: ClassVar[type[LandingState]] = TrackedState
-    _answers: ClassVar[type[PlanAnswer]] = TrackedAnswer
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -101,30 +95,6 @@ class TrackedLandingController(LandingController):
         series.goal(0, NONE, NONE)
         series.after(0, NONE, series.acceleration(0, NONE, NONE))
         self._fitted(state, series.effort, series.states)
-
-    def pole(self, delay: float = TRACKING.assumed_delay) -> float:
-        """Return the double pole of the feedback [rad/s].
-
-        Parameters
-        ----------
-        delay
-            Of the drive, in samples [-].
-        """
-        return self._poles(delay)[0]
-
-    def _poles(self, delay: float) -> tuple[float, float]:
-        return feedback_poles(
-            self.arm,
-            sampling_time=self.sampling_time,
-            noise=self._noise,
-            effort_limit=self.effort_limit,
-            delay=delay,
-        )
-
-    @property
-    def _noise(self) -> tuple[float, float]:
-        """Standard deviation of a position and of a velocity [m or rad, m/s or rad/s]."""
-        return self.position_noise, self.velocity_noise
 
     @property
     def _band(self) -> float:
@@ -148,54 +118,12 @@ class TrackedLandingController(LandingController):
         return TRACKING.slack
 
     def _slowest(self, state: Any, travel: float) -> float:
-        corrects = travel < 0.5 * state.travel
+        corrects = self._corrects(state, travel)
         return TRACKING.correcting_speed if corrects else super()._slowest(state, travel)
 
-    def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
-        """Take a sample; return the state after it and the effort until the next [N or N m]."""
-        if self._readable(sample):
-            last, T = state.last, self.sampling_time
-            sample = with_velocities(last, sample, T)
-            arm, seen = self._estimated_arm(state), sample
-            measured = isfinite(sample.measured_load_position + sample.measured_load_velocity)
-            if not measured:
-                seen = with_load(last, sample, arm, T, velocities=self._lag(state) == 0.0)
-            if last is not None and self._follows(last, sample):
-                lag = state.lag.after(last, sample, arm if measured else None)
-                state = replace(state, lag=lag)
-            state = replace(state, last=seen, computed=state.computed or not measured)
-            sample = self._prompt(state, seen)
-        return super().step(state, sample)
-
-    def _follows(self, last: SensorSample, sample: SensorSample) -> bool:
-        """Return whether two samples are successive."""
-        jitter = sample.time - last.time - self.sampling_time
-        return abs(jitter) <= TRACKING.jitter * self.sampling_time
-
-    def _lag(self, state: Any) -> float:
-        """Return the lag of measured velocities [s]."""
-        return state.lag.estimate(self.sampling_time, self._noise)
-
-    def _prompt(self, state: Any, sample: SensorSample) -> SensorSample:
-        """Return a sample with the velocities as they are, by the spring and the plan."""
-        lag = self._lag(state)
-        if lag == 0.0:
-            return sample
-        v1, v2 = sample.measured_velocity, sample.measured_load_velocity
-        if not state.computed:
-            v2 += lag * acceleration(self._estimated_arm(state), sample)
-        if state.phases and state.phase.name == "series" and not state.braking:
-            series = state.flights[-1].planned
-            k = state.sent - series.drive.delay
-            v1 += series.at(k)[1] - series.at(k - lag / self.sampling_time)[1]
-        return sample._replace(measured_velocity=v1, measured_load_velocity=v2)
-
-    def _tracked(self, state: Any, sample: SensorSample) -> Any:
-        # As measured: the lag is estimated better when the series is over
-        last: SensorSample | None = state.last
-        if last is None or not isfinite(sample.measured_position):
-            return super()._tracked(state, sample)
-        return super()._tracked(state, last)
+    def _corrects(self, state: Any, travel: float) -> bool:
+        """Return whether a series of a travel is a correction of the move."""
+        return bool(abs(travel) < 0.5 * state.travel)
 
     def _towards(self, state: Any, sample: SensorSample) -> Any:
         state = replace(
@@ -205,13 +133,17 @@ class TrackedLandingController(LandingController):
             best=inf,
             spent=None,
             farther=False,
-            travel=abs(state.target - sample.measured_position),
-            track=Growing(),
-            deviations=(),
+            lesson=None,
             request=None,
             answer=None,
-            braking=True,
         )
+        if state.phases and state.phase.name == "series":
+            # Its end leaves mass 2 at rest, which braking does not
+            planned = state.flights[-1].planned
+            whole = abs(planned.target - float(planned.position[0]))
+            return replace(state, travel=max(whole, abs(state.target - planned.target)))
+        travel = abs(state.target - sample.measured_position)
+        state = replace(state, travel=travel, track=Growing(), deviations=(), braking=True)
         return self._enter(state, sample, "resting", "the target is new")
 
     def _settled(self, state: Any, waited: float) -> bool:
@@ -228,45 +160,6 @@ class TrackedLandingController(LandingController):
                 return True
         return super()._settled(state, waited)
 
-    def _friction(self, state: LandingState) -> tuple[float, float]:
-        coulomb, viscous = super()._friction(state)
-        if state.belief is not None:
-            return coulomb, viscous
-        drive = state.drive if isinstance(state, TrackedState) else None
-        if drive is not None and self._by_series(state):
-            coulomb, viscous = drive.friction
-            return max(coulomb, LEAST_FRICTION * self.effort_limit), max(viscous, 0.0)
-        if not np.isfinite(self._covariance(state)).all():
-            coulomb = max(coulomb, TRACKING.guessed_friction * self.effort_limit)
-        return coulomb, viscous
-
-    def _covariance(self, state: Any) -> Float[np.ndarray, "2 2"]:
-        return state.drive.covariance if self._by_series(state) else super()._covariance(state)
-
-    def _by_series(self, state: Any) -> bool:
-        """Return whether friction is that of the series.
-
-        Noise goes through feedback into the efforts, which biases their regression; the running
-        estimator allows for it.
-        """
-        return state.drive is not None
-
-    def _drive(self, state: Any) -> DriveFit:
-        if state.drive is not None:
-            return state.drive
-        # As before the first series: the running estimator has seen what the fit sees
-        first = self.init()
-        coulomb, viscous = self._friction(first)
-        covariance = self._covariance(first)
-        if not np.isfinite(covariance).all():
-            covariance = np.diag([coulomb**2, (coulomb * self.pole()) ** 2])
-        return DriveFit.first(coulomb, viscous, covariance)
-
-    def _estimated_arm(self, state: Any) -> FlexibleArm:
-        arm = super()._estimated_arm(state)
-        by_load: FlexibleArm | None = state.load.arm
-        return arm if state.belief is not None or by_load is None else by_load
-
     def _miss(self, state: LandingState, swing: Swing) -> float:
         # Friction may hold mass 2 beside mass 1, where it does not swing
         x1, x2 = state.window.seen()[-1, :2].tolist()
@@ -281,7 +174,46 @@ class TrackedLandingController(LandingController):
         if abs(error) > self._near(state):
             return super()._places(state, swing, least)
         share = TRACKING.farther_travel if state.farther else TRACKING.correcting_travel
-        return super()._places(state, swing, max(least, share * state.travel))[-4:]
+        farther = super()._places(state, swing, max(least, share * state.travel))[-4:]
+        lesson = state.lesson
+        if lesson is None or abs(state.target - lesson.place) < share * state.travel:
+            return farther
+        return [lesson.place, *farther]
+
+    def _aim(self, state: TrackedState, start: float, target: float) -> Goal:
+        """Return the final deviation that a series aims at, against the miss of one like it."""
+        lesson = state.lesson
+        if lesson is None or target != state.target:
+            return NONE
+        drive, (coulomb, _) = self._drive(state), self._friction(state)
+        known = (
+            abs(coulomb - lesson.coulomb_friction) <= TRACKING.other_friction * coulomb
+            and abs(drive.delay - lesson.drive.delay) <= TRACKING.other_delay
+            and abs(drive.gain - lesson.drive.gain) <= TRACKING.other_gain
+        )
+        off = abs(start - lesson.place)
+        same = off <= TRACKING.same_place * abs(target - lesson.place)
+        return lesson.aim if known and same else NONE
+
+    def _with_lesson(self, state: Any, sample: SensorSample, swing: Swing) -> Any:
+        """Return the state with what the next correction aims at, by the miss of the last one."""
+        last = state.flights[-1]
+        travel = state.target - float(last.planned.position[0])
+        if state.series_since_target == 1 or not self._corrects(state, travel):
+            return state
+        later = last.start + last.planned.moving * self.sampling_time - sample.time
+        x, _, x2, v2 = swing.state(later)
+        miss = (x - state.target, 0.0, x2 - state.target, v2 / swing.frequency)
+        share = TRACKING.repeated_miss
+        pairs = zip(last.planned.aim, miss, strict=True)
+        aim_x, _, aim_x2, aim_v2 = (aim - share * off for aim, off in pairs)
+        lesson = Lesson(
+            place=float(last.planned.position[0]),
+            aim=(aim_x, 0.0, aim_x2, aim_v2),
+            coulomb_friction=last.coulomb_friction,
+            drive=last.planned.drive,
+        )
+        return replace(state, lesson=lesson)
 
     def _next_series(self, state: Any, swing: Swing, later: float = 0.0) -> PulseSeries | str:
         if state.phases and state.phase.name == "series" and self._as_planned(state):
@@ -298,12 +230,10 @@ class TrackedLandingController(LandingController):
             limit=TRACKING.correction_share * self._most(state),
             noise=self._noise,
             learned=state.load.rows > 0,
+            aim=self._aim(state, swing.position, series.target),
         )
         arm = self._estimated_arm(state)
         return CorrectedSeries.of(series, arm, state.load.losses, drive, tracking)
-
-    def _losses(self, state: Any) -> LoadLosses:
-        return state.load.losses
 
     def _launched(self, state: Any, sample: SensorSample, series: PulseSeries) -> Any:
         state = super()._launched(state, sample, series)
@@ -317,6 +247,8 @@ class TrackedLandingController(LandingController):
             goal=NONE,
             computed=False,
             nudges=0,
+            nudged=None,
+            nudge_scale=1.0,
         )
 
     def _planned_effort(self, state: Any) -> tuple[Any, float]:
@@ -455,7 +387,7 @@ class TrackedLandingController(LandingController):
     def _as_planned(self, state: Any) -> bool:
         """Return whether a series goes as planned: drive and load are about what it assumed."""
         series, drive = state.flights[-1].planned, self._drive(state)
-        if state.goal != NONE or abs(drive.delay - series.drive.delay) > TRACKING.other_delay:
+        if state.goal != series.aim or abs(drive.delay - series.drive.delay) > TRACKING.other_delay:
             return False
         arm, (coulomb, _) = self._estimated_arm(state), self._friction(state)
         viscous = sqrt(arm.stiffness * arm.mass_2)
@@ -472,6 +404,13 @@ class TrackedLandingController(LandingController):
     def _judged(self, state: Any, sample: SensorSample) -> Any:
         swing = self._swing(state)
         miss = self._miss(state, swing)
+        missed = bool(state.track) and state.flights[-1].planned.target == state.target
+        if missed and state.nudges == 0:
+            state = self._with_lesson(state, sample, swing)
+        if state.nudged is not None:
+            start, planned = state.nudged
+            scale = scaled(state.nudge_scale, planned, swing.position - start)
+            state = replace(state, nudged=None, nudge_scale=scale)
         nudged = self._nudged(state, swing, miss)
         if nudged is not None:
             return nudged
@@ -507,17 +446,22 @@ class TrackedLandingController(LandingController):
         (coulomb, _), planned = self._friction(state), self._plan_limit(state)
         if planned <= coulomb:
             return None
-        mass = self._estimated_arm(state).mass_1
-        samples, effort, certain = nudge(
-            PulseLaw(mass=mass, coulomb_friction=coulomb, viscous_friction=0.0),
-            error,
+        arm, scale = self._estimated_arm(state), state.nudge_scale
+        # The spring pulls towards mass 2, less and less as mass 1 moves
+        pull = arm.stiffness * swing.offset * (1.0 if error > 0.0 else -1.0)
+        held = max(coulomb - 0.5 * pull, TRACKING.nudge_friction * coulomb)
+        samples, effort, way, certain = nudge(
+            PulseLaw(mass=arm.mass_1, coulomb_friction=held, viscous_friction=0.0),
+            error / scale,
             sampling_time=self.sampling_time,
             limits=(planned, self.effort_limit),
-            frees=coulomb * state.static_ratio,
+            frees=max(coulomb * state.static_ratio - pull, held),
+            farthest=TRACKING.nudge_beyond * tolerance / scale,
         )
         # One that may not free mass 1 is not often tried
         nudges = state.nudges + (1 if certain else TRACKING.most_nudges // 2)
-        state = replace(state, nudges=nudges, nudge=(samples, effort))
+        nudged = swing.position, scale * way
+        state = replace(state, nudges=nudges, nudge=(samples, effort), nudged=nudged)
         return replace(state, window=state.window.empty())
 
     def _spent(self, state: Any) -> str | None:
@@ -526,64 +470,3 @@ class TrackedLandingController(LandingController):
     def _near(self, state: TrackedState) -> float:
         """Return the distance from which no series leads straight to the target [m or rad]."""
         return TRACKING.nearby_error * state.travel
-
-    def _recorded(self, state: TrackedState, effort: float) -> tuple[TrackedState, float]:
-        return replace(state, efforts=state.efforts.after(effort)), effort
-
-    def _after_series(self, state: Any, swing: Swing) -> Any:
-        if not state.track or not state.efforts:
-            return super()._after_series(state, swing)
-        last = state.flights[-1]
-        sent = np.array(tuple(state.efforts))
-        seen = with_lag(state.seen(), self._lag(state), self.sampling_time)
-        n = min(sent.size, last.planned.effort.size, len(seen) - 1)
-        effort = last.planned.effort.copy()
-        effort[:n] = sent[:n]
-        flown = replace(last, planned=replace(last.planned, effort=effort))
-        learned = self._fitted(state, sent[:n], seen[: n + 1])
-        ratio = state.static_ratio
-        state = replace(state, flights=(*state.flights[:-1], flown))
-        state = replace(super()._after_series(state, swing), **learned)
-        moved = abs(swing.position - last.planned.position[0]) > self._band
-        # Feedback has freed a mass that began late
-        return replace(state, static_ratio=ratio) if moved else state
-
-    def _fitted(
-        self, state: Any, sent: Float[np.ndarray, " n"], seen: Float[np.ndarray, "m 4"]
-    ) -> dict[str, Any]:
-        """Return the estimates of drive and load after a series."""
-        series = SeenSeries(
-            arm=self._estimated_arm(state),
-            effort=sent,
-            seen=seen,
-            sampling_time=self.sampling_time,
-            velocity_noise=self.velocity_noise,
-        )
-        before = self._drive(state)
-        most = before.clipped(series, self.effort_limit)
-        drive = before.after(series, most)
-        drive = replace(drive, most=most, lag=self._lag(state) / self.sampling_time)
-        if state.computed or state.belief is not None:
-            return {"drive": drive}
-        coulomb = max(drive.friction[0], LEAST_FRICTION * self.effort_limit)
-        load = state.load.after(
-            self.arm,
-            seen,
-            coulomb_friction=coulomb,
-            sampling_time=self.sampling_time,
-            velocity_noise=self.velocity_noise,
-        )
-        return {"drive": drive, "load": load}
-
-    def _most(self, state: Any) -> float:
-        """Return the largest effort that acts: the limit, or less where the drive clips it."""
-        drive: DriveFit | None = state.drive
-        return self.effort_limit if drive is None else min(self.effort_limit, drive.most)
-
-    def _by_noise(self, planned: PulseSeries) -> float:
-        del planned
-        # A miss is that of feedback: only masses and spring that are uncertain are learned from it
-        return inf
-
-    def _running(self, state: LandingState) -> Any:
-        return None if state.belief is None else super()._running(state)

@@ -136,27 +136,26 @@ def _feasible(k: int, start: Values, goal: Values, motion: Motion, bounds: Bound
 
 
 @compiled()
-def _nearest(k: int, r: Values, motion: Motion, bounds: Bounds) -> Values:
-    """Return the final state nearest to 0 that corrections within their bounds lead to.
+def _nearest(k: int, r: Values, aim: Values, motion: Motion, bounds: Bounds) -> Values:
+    """Return the final state nearest to an aim that corrections within their bounds lead to.
 
-    It is on the way from that where mass 1 alone goes back to its plan.
+    It is on the way from that where mass 1 alone goes where the aim has it.
     """
     maps = motion[0]
     P, D, _, H = maps
-    z = D[k] + P[k] @ r
+    z = D[k] + P[k] @ r - aim
     z[2:] -= H[k] @ z[:2]
     z[0], z[1] = 0.0, 0.0
-    goal = np.zeros(4)
-    if _feasible(k, r, goal, motion, bounds):
-        return goal
+    if _feasible(k, r, aim, motion, bounds):
+        return aim.copy()
     none, all_of_it = 0.0, 1.0
     for _ in range(_HALVINGS):
         share = 0.5 * (none + all_of_it)
-        if _feasible(k, r, share * z, motion, bounds):
+        if _feasible(k, r, aim + share * z, motion, bounds):
             all_of_it = share
         else:
             none = share
-    return all_of_it * z
+    return aim + all_of_it * z
 
 
 def _taken(
@@ -170,12 +169,13 @@ def _taken(
     """
     share = 1.0 - exp(-pole * T / TRACKING.taken_over)
     walk = strays**2 * w * T / pi
-    least = walk * (1.0 - share) / share**2
+    least = (1.0 - share) / share**2
     N = np.diag([noise[0] ** 2, (noise[1] / w) ** 2])
-    R = N + least * np.eye(2)
+    # Over the walk, as the solution of equations of 1e-12 m^2 fails
+    R = N / walk + least * np.eye(2)
     c, s = cos(w * T), sin(w * T)
     A = np.array([[c, s], [-s, c]])
-    P = solve_discrete_are(A.T, np.eye(2), walk * np.eye(2), R)
+    P = solve_discrete_are(A.T, np.eye(2), np.eye(2), R)
     K = P @ np.linalg.inv(P + R)
     by_noise = solve_discrete_lyapunov((np.eye(2) - K) @ A, K @ N @ K.T)
     return K, sqrt(float(np.trace(by_noise)))
@@ -193,6 +193,7 @@ class Tracking:
     #: Standard deviation of a position and of a velocity [m or rad, m/s or rad/s].
     noise: tuple[float, float] = (0.0, 0.0)
     learned: bool = False  #: Whether the load has been learned from a series.
+    aim: Goal = NONE  #: Final deviation to aim at.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,6 +223,7 @@ class CorrectedSeries(PulseSeries):
     high: Float[np.ndarray, " m"]  #: Upper bounds of the acceleration that corrects.
     ahead: tuple[Motion, Bounds]  #: Motion and bounds in the direction of the series, for `goal`.
     taken: Gain  #: Gain of what is seen of mass 2 (`seen`).
+    aim: Goal  #: Final deviation to aim at: a miss that is known, reversed.
 
     @classmethod
     def of(
@@ -286,6 +288,7 @@ class CorrectedSeries(PulseSeries):
             high=high,
             ahead=(motion, (way * series.velocity / w, *bounds)),
             taken=taken,
+            aim=tracking.aim,
         )
 
     def seen(self, k: int, r: Deviation, by: tuple[float, float]) -> Deviation:
@@ -314,14 +317,15 @@ class CorrectedSeries(PulseSeries):
         return np.array([r[0], r[1] / self.frequency, r[2], r[3] / self.frequency])
 
     def goal(self, k: int, r: Deviation, last: Goal) -> Goal:
-        """Return the final deviation to aim at in sample k: 0, or the nearest within reach.
+        """Return the final deviation to aim at in sample k: the aim, or the nearest within reach.
 
         It is looked for now and then; in between it is the ``last`` one.
         """
         if k >= self.moving or k % max(1, self.moving // TRACKING.goal_updates) != 0:
             return last
         way = self.direction
-        x, v, x2, v2 = _nearest(k, way * self._scaled(r), *self.ahead).tolist()
+        aim = way * np.array(self.aim)
+        x, v, x2, v2 = _nearest(k, way * self._scaled(r), aim, *self.ahead).tolist()
         return way * x, way * v, way * x2, way * v2
 
     def acceleration(self, k: int, r: Deviation, goal: Goal) -> float:
@@ -335,7 +339,7 @@ class CorrectedSeries(PulseSeries):
     def after(self, k: int, r: Deviation, a: float) -> Deviation:
         """Return the deviation of the changed plan one sample later."""
         if k + 1 >= self.moving:
-            return NONE
+            return self.aim[0], 0.0, self.aim[0], 0.0
         w, M = self.frequency, self.steps[int(self.rests[k])]
         state = np.append(self._scaled(r), (a, self.forced[k]))
         x, v, x2, v2 = (M @ state).tolist()

@@ -20,10 +20,11 @@ _MOST_CORRELATED = 0.98  # correlation of successive residuals at which their va
 class DriveFit:
     """Estimate of the shares of past efforts, and of Coulomb and viscous friction.
 
-    m1 (v_{k+1} - v_k) + ks int (x1 - x2) dt = T sum_j w_j u_{k-j} - f_c T sign(v) - c (x_{k+1} -
-    x_k) while mass 1 slips one way. The delay is sum_j j w_j / sum_j w_j samples, the gain of the
-    drive sum_j w_j. It is Bayesian linear regression with normal prior. Where the motion that it
-    was seen by lags by ``lag`` samples, that is part of the fitted shares. Efforts beyond
+    m1 (v_{k+1} - v_k) + ks int (x1 - x2) dt + d D(x1 - x2) = T sum_j w_j u_{k-j} - f_c T sign(v)
+    - c D(x1) while mass 1 slips one way, with D(.) the change over a sample. The delay is
+    sum_j j w_j / sum_j w_j samples, the gain of the drive sum_j w_j. It is Bayesian linear
+    regression with normal prior. Where the motion that it was seen by lags by ``lag`` samples, that
+    is part of the fitted shares. Efforts beyond
     ``most`` are clipped.
     """
 
@@ -123,7 +124,7 @@ class DriveFit:
         lags = [T * past[LAGS - 1 - j : LAGS - 1 - j + n] for j in range(LAGS)]
         rows = np.column_stack((*lags, np.full(n, -way * T), -np.diff(x)))
         # Not a row in which mass 1 breaks away or stops
-        values = m1 * np.diff(v) + arm.stiffness * pulled
+        values = m1 * np.diff(v) + arm.stiffness * pulled + series.damping * np.diff(stretch)
         rows, values = momenta(rows, values, slips, noisy=noise > 0.0)
         if len(values) < LEARNING.min_rows:
             return None
@@ -153,6 +154,7 @@ class SeenSeries:
     seen: Float[np.ndarray, "m 4"]
     sampling_time: float
     velocity_noise: float
+    damping: float = 0.0  # of the spring
 
 
 def integrals(
@@ -203,14 +205,18 @@ def regressed(
         information = prior + rows.T @ rows / variance
         moment = prior @ mean + rows.T @ values / variance
         found = np.linalg.solve(information, moment)
-        variance = max(least, _variance(values - rows @ found))
+        fitted = float(np.trace(np.linalg.solve(information, rows.T @ rows))) / variance
+        variance = max(least, _variance(values - rows @ found, fitted))
     return information, found
 
 
-def _variance(residuals: Float[np.ndarray, " n"]) -> float:
-    """Return the variance of residuals, over the share of them that are independent."""
+def _variance(residuals: Float[np.ndarray, " n"], fitted: float) -> float:
+    """Return the variance of residuals, over the share of them that are independent.
+
+    ``fitted`` is how many parameters the rows determine, of which the residuals show nothing.
+    """
     power = float(residuals @ residuals)
     if power == 0.0:
         return 0.0
     rho = min(max(float(residuals[1:] @ residuals[:-1]) / power, 0.0), _MOST_CORRELATED)
-    return power / residuals.size * (1.0 + rho) / (1.0 - rho)
+    return power / max(residuals.size - fitted, 1.0) * (1.0 + rho) / (1.0 - rho)

@@ -34,9 +34,18 @@ def moment(swing: Swing, error: float, tolerance: float) -> Literal["now", "late
 
 
 def nudge(
-    law: PulseLaw, error: float, *, sampling_time: float, limits: tuple[float, float], frees: float
-) -> tuple[int, float, bool]:
-    """Return samples and effort of the pulse, and whether it frees mass 1 for certain.
+    law: PulseLaw,
+    error: float,
+    *,
+    sampling_time: float,
+    limits: tuple[float, float],
+    frees: float,
+    farthest: float,
+) -> tuple[int, float, float, bool]:
+    """Return samples, effort and way of the pulse, and whether it frees mass 1 for certain.
+
+    Where the effort that leads to the target may not free mass 1, the pulse leads beyond it, as far
+    as another one comes back for certain.
 
     Parameters
     ----------
@@ -50,10 +59,36 @@ def nudge(
         Of the effort, in a plan and of the drive [N or N m].
     frees
         Effort that frees mass 1 [N or N m].
+    farthest
+        Longest way of a pulse that leads beyond [m or rad].
     """
     planned, largest = limits
-    samples = max(1, ceil(float(law.width_for(abs(error), effort=planned)) / sampling_time))
-    ways = abs(error) * np.array([1.0, TRACKING.overshoot])
-    needed, most = law.effort_for(ways, width=samples * sampling_time).tolist()
+    way = abs(error)
+    samples, needed, most = _pulse(law, way, sampling_time, planned)
+    if needed < frees < planned:
+        least = float(law.displacement(frees, width=sampling_time))
+        beyond = way + TRACKING.nudge_return * least
+        if beyond <= farthest:
+            samples, needed, most = _pulse(law, beyond, sampling_time, planned)
     effort = min(max(needed, min(frees, most)), largest)
-    return samples, effort if error > 0.0 else -effort, most >= frees
+    goes = float(law.displacement(effort, width=samples * sampling_time))
+    sign = 1.0 if error > 0.0 else -1.0
+    return samples, sign * effort, sign * goes, most >= frees
+
+
+def scaled(scale: float, planned: float, moved: float) -> float:
+    """Return the way of pulses over that by their law after one that was planned and has moved."""
+    (low, high), ratio = TRACKING.nudge_scales, moved / planned
+    if ratio <= 0.0:
+        return scale
+    return min(max(scale * ratio**TRACKING.nudge_learning, low), high)
+
+
+def _pulse(
+    law: PulseLaw, way: float, sampling_time: float, planned: float
+) -> tuple[int, float, float]:
+    """Return samples and effort of a pulse over a way, and the most it may take."""
+    samples = max(1, ceil(float(law.width_for(way, effort=planned)) / sampling_time))
+    ways = way * np.array([1.0, TRACKING.overshoot])
+    needed, most = law.effort_for(ways, width=samples * sampling_time).tolist()
+    return samples, needed, most

@@ -14,6 +14,19 @@ from stickslip.records import SensorSample, quantity_field
 
 
 @dataclass(frozen=True, kw_only=True)
+class Lesson:
+    """What the next correction from the same place aims at, if it is planned with the same model.
+
+    By the miss of the last one, which is the same again where a model error has caused it.
+    """
+
+    place: float = quantity_field("position")  #: Where it began.
+    aim: Goal  #: Final deviation to aim at.
+    coulomb_friction: float = quantity_field("coulomb_friction")  #: With which it was planned.
+    drive: DriveFit  #: With which it was planned.
+
+
+@dataclass(frozen=True, kw_only=True)
 class TrackedState(LandingState):
     """State of a landing by tracked series."""
 
@@ -38,8 +51,12 @@ class TrackedState(LandingState):
     spent: str | None = None  #: Why no further series shall follow; None if one may.
     #: Whether series that correct lead farther, as shorter ones have not helped.
     farther: bool = False
+    lesson: "Lesson | None" = None  #: Of the last correction; None without one.
     nudges: int = 0  #: Pulses on mass 1 alone since the last series.
     nudge: tuple[int, float] = (0, 0.0)  #: Samples and effort left of one.
+    #: Where the last one began, and its planned way, both signed; None once it has been judged.
+    nudged: tuple[float, float] | None = None
+    nudge_scale: float = 1.0  #: Way of such pulses over that by their law [-].
 
     @property
     def series_since_target(self) -> int:
