@@ -296,6 +296,12 @@ def test_units_of_time_by_their_step(file, factor, offset, known):
         read_log(path)
 
 
+def test_a_long_log_of_a_fast_drive_is_in_seconds(file):
+    stamps = 25e-6 * np.arange(50_000)
+    path = file(["t", "angle", "torque"], [stamps, np.sin(stamps), np.cos(stamps)])
+    np.testing.assert_allclose(read_log(path).time, stamps, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("header", "quantity", "factor"),
     [

@@ -32,6 +32,10 @@ _SECONDS = 1.0  # steps up to this may be seconds: nothing logs an axis every 1 
 _LONGER = {"min": 60.0, "hour": 3600.0, "day": 86400.0}
 """Units longer than s, which a step below the shortest sampling time may be in [s]."""
 
+_BRIEF, _NO_SECONDS = 1.0, 3e-6
+"""Length of a log in s at least, whose step is below the shortest sampling time; no such step in s:
+10 ms are 2.8e-6 hours [s]."""
+
 _AMBIGUOUS = 100  # fewest samples at which a step of 0.1 to 1 is ambiguous: it may be in s or in ms
 
 _COARSE = 0.01
@@ -143,8 +147,8 @@ def unit_of_stamps(
 
     Stamps of the size of a calendar time are one. Others are in s if their step is at most 1, or
     else in the one unit of ms, us and ns in which it is a sampling time. A long log with a step of
-    0.1 to 1 is refused: it is slow in s, and ordinary in ms. A step below 5e-5 is refused too: it
-    may be in minutes, hours or days.
+    0.1 to 1 is refused: it is slow in s, and ordinary in ms. A step below 5e-5 is refused too if
+    the log is shorter than 1, or the step below 3e-6: it may be in minutes, hours or days.
     """
     plain = "no unit is given, so it is taken in s"
     if stamps.size < 2 or not np.isfinite(stamps).all():
@@ -157,7 +161,8 @@ def unit_of_stamps(
         raise InputError(
             "time_unit_unknown", where=label, column=column, step=step, units=["s", "ms"]
         )
-    if 0.0 < step < _FASTEST * (1.0 - _ROUNDED):
+    brief = step < _NO_SECONDS or float(np.ptp(stamps)) < _BRIEF
+    if 0.0 < step < _FASTEST * (1.0 - _ROUNDED) and brief:
         units = {"s": 1.0, **_LONGER}
         likely = [name for name, factor in units.items() if step * factor <= _SLOWEST]
         raise InputError("time_unit_unknown", where=label, column=column, step=step, units=likely)
