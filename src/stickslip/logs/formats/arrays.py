@@ -1,6 +1,7 @@
 """Named arrays as the columns of a log, and files of NumPy with them."""
 
 import zipfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -111,12 +112,22 @@ def _groups(
 
 
 def read_npz(path: Path) -> Table:
-    """Read the numeric arrays of an NPZ file; objects in it are skipped, as nothing is run."""
-    variables: dict[str, np.ndarray] = {}
+    """Read the numeric arrays of an NPZ file; objects in it are skipped, as nothing is run.
+
+    A field has the name of its array before its own where another array has a field of that name.
+    """
+    arrays: dict[str, dict[str, np.ndarray]] = {}
     with zipfile.ZipFile(path) as archive:
         for member in (each for each in archive.namelist() if each.endswith(".npy")):
+            name = member.removesuffix(".npy")
             with archive.open(member) as file:
-                variables |= _variables(file, member.removesuffix(".npy"))
+                arrays[name] = _variables(file, name)
+    count = Counter(field for fields in arrays.values() for field in fields)
+    variables = {
+        field if count[field] == 1 or field == name else f"{name}.{field}": values
+        for name, fields in arrays.items()
+        for field, values in fields.items()
+    }
     return table_of_arrays(variables, path.name, counts_from=0)
 
 
