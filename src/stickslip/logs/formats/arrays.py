@@ -14,6 +14,8 @@ from stickslip.records import InputError
 
 NUMERIC = "biuf"  # kinds of NumPy types
 
+_LONGEST_HEADER = 1_000_000  # bytes: some 10,000 fields; NumPy takes 10,000 bytes of unknown files
+
 
 def table_of_arrays(
     variables: Mapping[str, np.ndarray],
@@ -141,10 +143,11 @@ def _variables(file: Any, name: str) -> dict[str, np.ndarray]:
     """Return a stored array under its name, or its fields under theirs; none of no numbers."""
     version = npy.read_magic(file)
     read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    _, _, dtype = read_header(file)
+    _, _, dtype = read_header(file, max_header_size=_LONGEST_HEADER)
     file.seek(0)
     if dtype.hasobject:
         return {}
-    array = npy.read_array(file, allow_pickle=False)
-    fields = {name: array} if dtype.names is None else {k: array[k] for k in dtype.names}
+    array = npy.read_array(file, allow_pickle=False, max_header_size=_LONGEST_HEADER)
+    names = array.dtype.names  # those of the header are no UTF-8 in version 3.0
+    fields = {name: array} if names is None else {k: array[k] for k in names}
     return {each: values for each, values in fields.items() if values.dtype.kind in NUMERIC}
