@@ -1,4 +1,4 @@
-"""Time things, and say in one table how they compare.
+"""Time computations, and compare them in one table.
 
 Comparisons show their progress in ``progress``, and take each measurement ``repetitions`` times.
 """
@@ -113,7 +113,7 @@ class Target:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """What one topic found."""
+    """Results of one topic."""
 
     title: str  #: What was done, in a sentence.
     item: str  #: What the time is counted in, such as "sample".

@@ -61,10 +61,10 @@ class _Stepping(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class _Problem:
-    """The surrogate arm of the report under its bang-bang input, as its sensors show it."""
+    """The surrogate arm of the thesis under its bang-bang input, as its sensors show it."""
 
     log: AxisLog  #: N samples.
-    #: W(k) and y(k) of the report's balance with noise compensation, with or without B and S.
+    #: W(k) and y(k) of the balance of the thesis with noise compensation, with or without B and S.
     rows: Float[np.ndarray, "n p"]
     targets: Float[np.ndarray, " n"]
 

@@ -12,7 +12,7 @@ __all__ = ["ARM_CASES", "AXIS_CASES", "Case", "Channels"]
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Noise of the sensors of an arm, which the controller knows."""
+    """Noise of the sensors of an arm, which is given to the controller."""
 
     #: Standard deviations [m, m/s].
     position: float = 0.0

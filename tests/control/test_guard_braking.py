@@ -13,6 +13,7 @@ from stickslip.records import SensorSample
 FINE = 1e-4  # step of the plant [s]
 STEP = 1e-6  # of the encoder [m]
 SAMPLES = 600
+JUMP = 30  # sample of a jump of the clock
 
 
 class Braked(NamedTuple):
@@ -34,10 +35,12 @@ def braked(
     velocity: bool = True,
     sign: float = 1.0,
     hertz: float = 0.0,
+    clock: float = 0.0,
 ) -> Braked:
     """Let 1 kg run towards the end of its travel under no effort but that of the guard.
 
-    With a resonance frequency, half of it is behind a spring with a damping of 2 %.
+    With a resonance frequency, half of it is behind a spring with a damping of 2 %. The time stamps
+    jump by ``clock`` [s] as the axis is almost at rest.
     """
     limits = Limits.for_task(mass=1.0, effort_limit=limit, sampling_time=T, places=(0.0, 0.01))
     guard = GuardedController(controller=Push(0.0), limits=limits)
@@ -48,7 +51,8 @@ def braked(
     stiffness, damping = (2 * np.pi * hertz) ** 2 / 4, 0.02 * np.pi * hertz
     for k in range(SAMPLES):
         seen = STEP * round(x / STEP)
-        sample = SensorSample(k * T, seen, v if velocity else np.nan, np.nan, np.nan)
+        time = k * T + (clock if k >= JUMP else 0.0)
+        sample = SensorSample(time, seen, v if velocity else np.nan)
         state, effort = guard.step(state, sample)
         assert abs(effort) <= limit
         efforts.append(effort)
@@ -85,6 +89,15 @@ def test_an_axis_goes_beyond_its_travel_by_the_reaction_alone(
 def test_an_axis_behind_a_long_delay_does_not_swing_for_ever(limit: float, velocity: bool) -> None:
     """A time constant of four samples is close to unstable behind five, and friction is 1/400."""
     assert braked(0.1, limit=limit, delay=5, velocity=velocity).speed == 0.0
+
+
+@pytest.mark.parametrize("clock", [-1.0, -0.1, -2.0 * T, -T, 1.0])
+def test_a_clock_that_jumps_does_not_change_the_load(clock: float) -> None:
+    """The load is computed over the time for which the efforts act, not over that of the stamps."""
+    plain, run = (braked(0.1, limit=2.0, load=0.5, clock=each) for each in (0.0, clock))
+    assert run.speed == plain.speed
+    assert run.farthest == pytest.approx(plain.farthest, abs=1e-5)
+    assert run.end == pytest.approx(plain.end, abs=1e-5)
 
 
 @pytest.mark.parametrize("delay", [1, 2, 5])

@@ -1,6 +1,7 @@
 """Efforts of a robot's links, against closed forms, and the joints of logs."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -197,6 +198,10 @@ def test_gravity_of_a_payload_in_a_short_swing_is_in_the_intervals(tmp_path):
         low, high = estimate.parameters[name].ci95
         assert low < 0.0 < high
     assert any("gravity that the model" in note for note in estimate.diagnostics.notes)
+    # Gravity on a linear axis is constant
+    linear = fitted(replace(made, kind="linear"))
+    assert "spring" in linear.selection.selected
+    assert not any("gravity that the model" in note for note in linear.diagnostics.notes)
 
 
 @pytest.mark.parametrize(

@@ -206,8 +206,8 @@ def test_a_rival_widens_where_the_log_does_not_distinguish_it(
     (other,) = rival_laws(model)
     rival, tuning = replace(other, weight=weight, std=std), RivalTuning()
     rows, others = model_rows(model, "mass"), model_rows(other.model, "mass")
-    shifts = rival_shifts(model, rows, [rival], [others])
-    assert bool(rival_note(model, [rival], "N", tuning)) == noted
+    shifts = rival_shifts(model, rows, [rival], [others], "linear")
+    assert bool(rival_note(model, [rival], "linear", "N", tuning)) == noted
     assert (shifts is not None) == wider
     if shifts is not None:
         own = dict(zip(rows.names, rows.values(), strict=True))

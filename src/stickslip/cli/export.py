@@ -19,7 +19,7 @@ _WHAT = group("What to export", 1)
 @Parameter(name="*", group=_WHAT)
 @dataclass(frozen=True, kw_only=True)
 class Written:
-    """What is written, and where."""
+    """Files of an export, and the joint that it is of."""
 
     out: Path | None = None
     """File to write, or folder of a target of several files; may be that of --into."""

@@ -81,8 +81,8 @@ STATE = np.dtype(
         ("pace", "f8"),  # planned velocity
         ("slowing", "f8"),  # planned deceleration
         ("braked_v", "f8"),  # velocity in the last sample of braking
-        ("braked_at", "f8"),  # time of that sample
         ("impulse", "f8"),  # of the efforts since then
+        ("efforts_time", "f8"),  # for which these act, whatever the time stamps are
         ("against", "i8"),  # samples in which braking makes the axis faster
         ("hold", "f8"),  # effort that takes the load at rest
         ("quiet", "i8"),  # samples at rest while braking
@@ -389,14 +389,14 @@ def _is_outside(g: Any) -> bool:
 
 @compiled()
 def _plan(g: Any, slower: float) -> None:
-    """Go on by a sample in the plan.
+    """Go on by a sample in the plan, in which a load is learned so many times slower.
 
     What the efforts do not explain of the change of the velocity is the load. An axis that is
     slower than planned, by friction, is not driven on; one that stops outside its travel is brought
     back, by an effort that grows while it rests.
     """
     x, v, T = g.x, g.v, g.period
-    passed = g.time - g.braked_at
+    passed = g.efforts_time
     load = (_mass(g) * (v - g.braked_v) - g.impulse) / passed
     g.hold -= min(_LEARNS * passed / T, 1.0) / slower * (load + g.hold) if g.quiet == 0 else 0.0
     most = g.effort_limit
@@ -443,7 +443,7 @@ def _brake(g: Any) -> float:
         _begin_braking(g)
     else:
         _plan(g, slower)
-    speed, g.braked_v, g.braked_at, g.impulse = abs(g.braked_v), v, g.time, 0.0
+    speed, g.braked_v, g.impulse, g.efforts_time = abs(g.braked_v), v, 0.0, 0.0
     slow = abs(v) <= _SLOW * g.braking * g.period + g.velocity_resolution + g.resolution / g.period
     g.quiet = g.quiet + 1 if slow and abs(x - g.quiet_x) <= g.resolution else 0
     if g.quiet == 0:
@@ -511,6 +511,7 @@ def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> fl
     u = min(max(u, -g.effort_limit), g.effort_limit) if np.isfinite(u) else 0.0
     g.effort = u
     g.impulse += u * g.period
+    g.efforts_time += g.period
     if g.fault == 0 and _stands(g):
         excess = max(abs(u) - _HELD * g.effort_limit, 0.0)
         # Friction takes out what a lower effort does not keep up

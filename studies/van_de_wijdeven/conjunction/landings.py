@@ -109,7 +109,7 @@ class Landing:
 
 @dataclass(frozen=True, kw_only=True)
 class LandingEvidence:
-    """What was measured of landings."""
+    """Measurements of landings."""
 
     #: Without and with sensor noise.
     exact: Landing

@@ -38,7 +38,7 @@ _MOVES = 2
 
 @dataclass(frozen=True, kw_only=True)
 class RandomArm:
-    """An arm at rest at 0, where it shall go, and the guess of a controller."""
+    """An arm at rest at 0, its target, and the guess of a controller."""
 
     arm: FlexibleArm  #: The truth.
     guessed_friction: CoulombViscousFriction | None  #: First guess of its friction, or None.

@@ -57,7 +57,7 @@ class Planned:
 
 @dataclass(frozen=True, kw_only=True)
 class SeriesEvidence:
-    """What was measured of series by themselves."""
+    """Measurements of series by themselves."""
 
     planned: tuple[Planned, ...]  #: The series of the reference points.
     effects: tuple[FrictionErrorEffect, ...]  #: Of friction that is not as guessed.

@@ -12,7 +12,7 @@ __all__ = ["NoiseEffects", "noise_effects"]
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseEffects:
-    """What is measured less what is true, of one run with the printed sums."""
+    """Measured less true values of one run with the printed sums."""
 
     input_energy: float  #: Of the sum of Eq. 3.6 at the end [J].
     held_input_energy: float  #: Of the sum that is exact while the input is held, at the end [J].

@@ -47,7 +47,7 @@ class Sampling:
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What was measured."""
+    """Measurements of part A."""
 
     absolute_value: AbsoluteValue  #: Of the expectations of chapter 5.
     #: Of the arm without noise.

@@ -37,7 +37,7 @@ Key = tuple[str, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """What the runs showed."""
+    """Results of the runs."""
 
     scores: tuple[VariantScore, ...]  #: Of every variant, loop, noise and assumption.
     #: What the noise of the surrogate values did to the energies, by loop, one a run.

@@ -32,7 +32,7 @@ class Run:
 
 @dataclass(frozen=True, kw_only=True)
 class Trace:
-    """What an estimator did over consecutive runs."""
+    """Results of an estimator over consecutive runs."""
 
     #: Which ones.
     loop: Loop

@@ -39,7 +39,7 @@ PIECES = 2 * len(CASES) + len(READINGS[PAPWC]) * (len(FINER) + 4) + 1 + len(GUES
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What was measured."""
+    """Measurements of part B."""
 
     law: PulseLaw  #: Of a pulse on the mass of Table 1.
     series: Mapping[Key, Series]  #: Ten runs of each case.

@@ -24,7 +24,7 @@ _REST_SAMPLES = 2
 
 @dataclass(frozen=True, kw_only=True)
 class PIDTuning:
-    """What fits a PID controller to any axis of which mass and friction are guessed."""
+    """Tuning of a PID controller for any axis of which mass and friction are guessed."""
 
     bandwidth: float  #: Crossover frequency [Hz].
     phase_margin: float  #: [degrees].

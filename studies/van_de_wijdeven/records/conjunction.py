@@ -57,7 +57,7 @@ class ReferenceSeries:
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionErrorEffect:
-    """What a series leaves if the Coulomb friction is not as guessed."""
+    """Error after a series if the Coulomb friction is not as guessed."""
 
     friction_error: float  #: True Coulomb friction over the guessed one, less 1 [-].
     #: What is known for another series of the same duration.
@@ -81,7 +81,7 @@ class SuccessiveSeries:
 
 @dataclass(frozen=True, kw_only=True)
 class ConjunctionReproduction(Reproduction):
-    """What the source's concluding remarks sketch, worked out."""
+    """Method that the concluding remarks of the source sketch, reproduced."""
 
     reference_series: tuple[ReferenceSeries, ...]  #: Series whose shortest durations are known.
     #: What the fastest of them leaves if the Coulomb friction is not as guessed.

@@ -6,6 +6,7 @@ import pytest
 
 from stickslip.control.landing.arm_belief import Swing
 from stickslip.control.landing.tracked.nudge import moment, nudge, scaled
+from stickslip.control.landing.tuning import TRACKING
 from stickslip.planning import PulseLaw
 
 MASS, COULOMB, T = 2.0, 0.5, 0.01
@@ -69,7 +70,7 @@ def test_the_scale_of_pulses_converges_to_that_of_their_ways() -> None:
         scale = scaled(scale, scale * 1e-4, 1.4e-4)
     assert scale == pytest.approx(1.4, rel=1e-4)
     assert scaled(scale, 1e-4, 0.0) == scale  # one that has not moved the mass shows nothing
-    assert scaled(scale, 1e-4, 1.0) < 5.0
+    assert scaled(scale, 1e-4, 1.0) == TRACKING.nudge_scales[1]
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

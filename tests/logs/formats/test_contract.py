@@ -187,6 +187,19 @@ def test_arrays_of_numpy_with_objects_and_without_names(columns, tmp_path):
         two, LogSchema(kind="linear", time="column_1", position="column_2", effort="column_3")
     )
     np.testing.assert_array_equal(log.effort, columns["effort"])
+    many = dict.fromkeys((f"τ of the channel {k}" for k in range(400)), columns["effort"])
+    wide = np.rec.fromarrays([*columns.values(), *many.values()], names=[*columns, *many])
+    with pytest.warns(UserWarning, match=r"format 3\.0"):  # names in UTF-8
+        np.save(two, wide)
+    log = read_log(two, LogSchema(kind="linear", effort="τ of the channel 399"))
+    np.testing.assert_array_equal(log.effort, columns["effort"])
+    half = {name: values / 2 for name, values in columns.items()}
+    axes = (np.rec.fromarrays([*each.values()], names=[*each]) for each in (columns, half))
+    np.savez(one, **dict(zip("ab", axes, strict=True)))
+    for axis, each in (("a", columns), ("b", half)):
+        names = {name: f"{axis}.{name}" for name in ("time", "position", "effort")}
+        log = read_log(one, LogSchema(kind="linear", **names))
+        np.testing.assert_array_equal(log.effort, each["effort"])
     np.save(three, np.array({"t": [0.0, 1.0]}, dtype=object))
     with refuses("no_numbers_over_time"):
         read_log(three)

@@ -148,7 +148,7 @@ class FlightLog:
         return bool((expected > 2.0 * LANDING.moving_deviations * self.velocity_noise).any())
 
     def largest_force(self, arm: FlexibleArm) -> float:
-        """Return more than what has moved mass 1: the largest of effort and spring [N or N m]."""
+        """Return an upper bound of the force on mass 1: largest effort and spring [N or N m]."""
         stretch = float(np.nanmax(np.abs(self.seen[:, 0] - self.seen[:, 2])))
         return float(np.abs(self.effort).max()) + arm.stiffness * stretch
 

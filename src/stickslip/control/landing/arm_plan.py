@@ -251,7 +251,7 @@ class ArmPlans(Supervisor[LandingState]):
     def _planner(self, state: LandingState, swing: Swing) -> tuple[PulseSeriesPlanner, float]:
         """Return the planner of series, and the least travel of one to a place beyond.
 
-        Static friction is an assumption: it is no reason not to try.
+        Static friction is assumed, so it is limited to a part of the effort limit.
         """
         arm = self._estimated_arm(state)
         coulomb, viscous = self._friction(state)
@@ -456,7 +456,7 @@ class ArmPlans(Supervisor[LandingState]):
             return state.belief
         coulomb, viscous = self._friction(state)
         covariance = self._covariance(state)
-        if not covariance[0, 0] < self.effort_limit**2:  # it says nothing
+        if not covariance[0, 0] < self.effort_limit**2:  # not informative
             covariance = np.full((2, 2), inf)
         return ArmBelief.first(
             self.arm,

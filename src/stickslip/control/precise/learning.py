@@ -53,7 +53,7 @@ OWN_DTYPE = np.dtype(
         ("period", "f8"),  # T
         ("limit", "f8"),  # of the effort
         ("most", "f8"),  # effort of moves, at most
-        ("power", "f8"),  # the largest effort of this move
+        ("move_effort", "f8"),  # largest effort of this move
         ("noise", "f8"),  # standard deviation of a sampled position
         ("bend", "f8"),  # way after which friction is taken to be complete
         ("known", "i8"),  # 1 if the delay is known, or learned

@@ -71,7 +71,7 @@ _SLOW = 6  # samples from one change to the next: feedback can damp what is slow
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
-_FEWEST = 7.0  # samples of a move behind an unknown delay, times the deviation of log F
+_FEWEST = 7.0  # samples of a move behind an unknown delay, per standard deviation of log F
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _USED = 0.9  # of the limit: by the last part as it is planned first
@@ -117,8 +117,8 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     m, F, _ = model(p)
     i = COULOMB + p.backward
     fewest = max(_FEWEST * math.sqrt(covariance[i, i]), 1.0) * p.period
-    p.power = p.most if p.known else min(p.most, _lasting(m, F, p.way, fewest))
-    p.shortest = shortest(m, min(F, 0.9 * p.power), p.power, p.way) / p.period
+    p.move_effort = p.most if p.known else min(p.most, _lasting(m, F, p.way, fewest))
+    p.shortest = shortest(m, min(F, 0.9 * p.move_effort), p.move_effort, p.way) / p.period
     p.longest = int(_LONGER * p.shortest) + _SLACK
 
 
@@ -261,7 +261,7 @@ def _effort(p: Any, a: float, v: float, speed: float) -> float:
     m, F, c = model(p)
     mean = speed if lag_of(p.best) > 0.0 else v + 0.5 * a * p.period
     u = m * a + F + c * max(mean, 0.0)
-    return min(max(u, -p.power), p.power)
+    return min(max(u, -p.move_effort), p.move_effort)
 
 
 @compiled()
@@ -272,7 +272,7 @@ def _can_end(p: Any, e: float, v: float) -> bool:
         _plan_last(p, e, v, n)
         first, last = _last_acceleration(p, 0, n), _last_acceleration(p, n - 1, n)
         push, brake = m * first + F + c * v, m * last + F
-        if max(abs(push), abs(brake)) <= _USED * p.power and last <= 0.0:
+        if max(abs(push), abs(brake)) <= _USED * p.move_effort and last <= 0.0:
             return True
     p.left = 0
     return False
@@ -307,26 +307,26 @@ def _decide(p: Any) -> float:
     if p.left > 0:
         n = p.left
         noise = 6.0 * p.noise / (T * T * n * (n + 1.0)) * m
-        if noise <= _QUIET * p.power or n == 1:
+        if noise <= _QUIET * p.move_effort or n == 1:
             _plan_last(p, e, v, n)
             needed = m * (p.level + 0.5 * p.slope * (n - 1)) + F + c * v
-            if abs(needed) > p.power and not _can_end(p, e, v):
+            if abs(needed) > p.move_effort and not _can_end(p, e, v):
                 _plan_last(p, e, v, n)
         return _next_of_last(p, v, speed)
     reacts = p.samples > delay_of(p.best) + _REACTION * lag_of(p.best) + 1.0
     if p.ending or (reacts and speed <= 0.0):
         return _stop(p, e, v, speed)
-    push = (p.power - F - c * v) / m
+    push = (p.move_effort - F - c * v) / m
     x_1, v_1 = v * T + 0.5 * push * T * T, v + push * T
-    b = max(_PLANNED * p.power + F, 0.1 * p.power) / m
+    b = max(_PLANNED * p.move_effort + F, 0.1 * p.move_effort) / m
     gentle = _TAPER * b * T * T
     if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - gentle - x_1):
-        return p.power
+        return p.move_effort
     if _can_end(p, e, v):
         return _next_of_last(p, v, speed)
     B, C = 2.0 * v / T + b, (v * v - 2.0 * b * (e - gentle - v * T)) / (T * T)
     root = B * B - 4.0 * C
-    a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -2.0 * p.power / m
+    a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -2.0 * p.move_effort / m
     return _effort(p, a, v, speed)
 
 
@@ -362,7 +362,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
         u = -_GENTLY * m * v / p.period + math.copysign(holding, speed) + c * speed
         if u * speed > 0.0:  # friction alone stops it as soon
             return 0.0
-        return min(max(u, -p.power), p.power)
+        return min(max(u, -p.move_effort), p.move_effort)
     p.quiet += 1
     if p.quiet > delay_of(p.best) + 1.0:
         p.moving = 0

@@ -172,7 +172,7 @@ class JointEstimator:
             model, self.single.include, "these logs do not determine it, or give"
         )
         rivals = rival_laws(model, terms, tuning.rival)
-        note = rival_note(model, rivals, logs[0].unit("effort"), tuning.rival)
+        note = rival_note(model, rivals, logs[0].kind, logs[0].unit("effort"), tuning.rival)
         notes += [note] if note else []
         estimate, regression = self._solved(members, model, rows, notes, None)
         common = _common_parameters(estimate)
@@ -185,7 +185,8 @@ class JointEstimator:
         shifts = [*self._shifts(model, rows, estimate, terms, rows_of), *consistency.shifts]
         notes += others
         counted = rivals if terms else []
-        law_shifts = rival_shifts(model, rows, counted, [rows_of(rival.model) for rival in counted])
+        rows_of_rivals = [rows_of(rival.model) for rival in counted]
+        law_shifts = rival_shifts(model, rows, counted, rows_of_rivals, logs[0].kind)
         if shifts or law_shifts is not None:
             widened = np.array(shifts) if shifts else None
             estimate, regression = self._solved(

@@ -293,7 +293,7 @@ class SelectedModelEstimator:
             model, terms, motions, clipping = free.followed(log, driven)
         notes += clipping
         rivals = rival_laws(model, terms, tuning.rival)
-        note = rival_note(model, rivals, unit, tuning.rival)
+        note = rival_note(model, rivals, log.log.kind, unit, tuning.rival)
         notes += [note] if note else []
         rows = with_shapes(model_rows(model, kind), model)
 
@@ -304,7 +304,8 @@ class SelectedModelEstimator:
         shifts, found = self._shifts(model, rows, estimate, terms, rows_of)
         notes += found
         counted = rivals if terms else []
-        law_shifts = rival_shifts(model, rows, counted, [rows_of(rival.model) for rival in counted])
+        others = [rows_of(rival.model) for rival in counted]
+        law_shifts = rival_shifts(model, rows, counted, others, log.log.kind)
         if shifts is not None or law_shifts is not None:
             estimate, regression = self._solved(
                 log, motions, model, rows, notes, shifts, law_shifts

@@ -1,6 +1,7 @@
 """Named arrays as the columns of a log, and files of NumPy with them."""
 
 import zipfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ from stickslip.logs.table import Column, RateGroup, Table, groups_by_length, nam
 from stickslip.records import InputError
 
 NUMERIC = "biuf"  # kinds of NumPy types
+
+_LONGEST_HEADER = 1_000_000  # bytes: some 10,000 fields; NumPy takes 10,000 bytes of unknown files
 
 
 def table_of_arrays(
@@ -111,12 +114,22 @@ def _groups(
 
 
 def read_npz(path: Path) -> Table:
-    """Read the numeric arrays of an NPZ file; objects in it are skipped, as nothing is run."""
-    variables: dict[str, np.ndarray] = {}
+    """Read the numeric arrays of an NPZ file; objects in it are skipped, as nothing is run.
+
+    A field has the name of its array before its own where another array has a field of that name.
+    """
+    arrays: dict[str, dict[str, np.ndarray]] = {}
     with zipfile.ZipFile(path) as archive:
         for member in (each for each in archive.namelist() if each.endswith(".npy")):
+            name = member.removesuffix(".npy")
             with archive.open(member) as file:
-                variables |= _variables(file, member.removesuffix(".npy"))
+                arrays[name] = _variables(file, name)
+    count = Counter(field for fields in arrays.values() for field in fields)
+    variables = {
+        field if count[field] == 1 or field == name else f"{name}.{field}": values
+        for name, fields in arrays.items()
+        for field, values in fields.items()
+    }
     return table_of_arrays(variables, path.name, counts_from=0)
 
 
@@ -130,10 +143,11 @@ def _variables(file: Any, name: str) -> dict[str, np.ndarray]:
     """Return a stored array under its name, or its fields under theirs; none of no numbers."""
     version = npy.read_magic(file)
     read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    _, _, dtype = read_header(file)
+    _, _, dtype = read_header(file, max_header_size=_LONGEST_HEADER)
     file.seek(0)
     if dtype.hasobject:
         return {}
-    array = npy.read_array(file, allow_pickle=False)
-    fields = {name: array} if dtype.names is None else {k: array[k] for k in dtype.names}
+    array = npy.read_array(file, allow_pickle=False, max_header_size=_LONGEST_HEADER)
+    names = array.dtype.names  # those of the header are no UTF-8 in version 3.0
+    fields = {name: array} if names is None else {k: array[k] for k in names}
     return {each: values for each, values in fields.items() if values.dtype.kind in NUMERIC}

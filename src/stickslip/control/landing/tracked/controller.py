@@ -196,7 +196,7 @@ class TrackedLandingController(TrackedEstimates):
         return lesson.aim if known and same else NONE
 
     def _with_lesson(self, state: Any, sample: SensorSample, swing: Swing) -> Any:
-        """Return the state with what the next correction aims at, by the miss of the last one."""
+        """Return the state with the aim of the next correction, by the miss of the last one."""
         last = state.flights[-1]
         travel = state.target - float(last.planned.position[0])
         if state.series_since_target == 1 or not self._corrects(state, travel):
@@ -444,12 +444,12 @@ class TrackedLandingController(TrackedEstimates):
             waits = waited <= TRACKING.nudge_wait * 2.0 * self.half_swing
             return state if when == "later" and waits else None
         (coulomb, _), planned = self._friction(state), self._plan_limit(state)
-        if planned <= coulomb:
-            return None
         arm, scale = self._estimated_arm(state), state.nudge_scale
         # The spring pulls towards mass 2, less and less as mass 1 moves
         pull = arm.stiffness * swing.offset * (1.0 if error > 0.0 else -1.0)
         held = max(coulomb - 0.5 * pull, TRACKING.nudge_friction * coulomb)
+        if planned <= max(coulomb, held):
+            return None
         samples, effort, way, certain = nudge(
             PulseLaw(mass=arm.mass_1, coulomb_friction=held, viscous_friction=0.0),
             error / scale,

@@ -1,4 +1,4 @@
-"""What a landing by tracked series estimates: drive, friction, load, and the lag of velocities."""
+"""Estimates of a landing by tracked series: drive, friction, load, and the lag of velocities."""
 
 from dataclasses import dataclass, replace
 from math import inf, isfinite
@@ -28,7 +28,7 @@ from stickslip.records import SensorSample
 
 @dataclass(frozen=True, kw_only=True)
 class TrackedEstimates(LandingController):
-    """Estimates from samples and series, and what is computed in place of missing channels."""
+    """Estimates from samples and series, and values computed in place of missing channels."""
 
     _states: ClassVar[type[LandingState]] = TrackedState
     _answers: ClassVar[type[PlanAnswer]] = TrackedAnswer
@@ -174,7 +174,7 @@ class TrackedEstimates(LandingController):
             # What was fitted with other masses has another gain
             fresh = DriveFit.first(*self._friction(state), self._learned_covariance(state.belief))
             before = replace(fresh, most=before.most)
-        if not (state.computed or state.belief is not None):
+        if not state.computed and state.belief is None:
             load = load.after(
                 self.arm,
                 seen,

@@ -15,9 +15,9 @@ from stickslip.records import SensorSample, quantity_field
 
 @dataclass(frozen=True, kw_only=True)
 class Lesson:
-    """What the next correction from the same place aims at, if it is planned with the same model.
+    """Aim of the next correction from the same place, if it is planned with the same model.
 
-    By the miss of the last one, which is the same again where a model error has caused it.
+    It is computed from the miss of the last one, which repeats where a model error is its cause.
     """
 
     place: float = quantity_field("position")  #: Where it began.
@@ -51,7 +51,7 @@ class TrackedState(LandingState):
     spent: str | None = None  #: Why no further series shall follow; None if one may.
     #: Whether series that correct lead farther, as shorter ones have not helped.
     farther: bool = False
-    lesson: "Lesson | None" = None  #: Of the last correction; None without one.
+    lesson: Lesson | None = None  #: Of the last correction; None without one.
     nudges: int = 0  #: Pulses on mass 1 alone since the last series.
     nudge: tuple[int, float] = (0, 0.0)  #: Samples and effort left of one.
     #: Where the last one began, and its planned way, both signed; None once it has been judged.

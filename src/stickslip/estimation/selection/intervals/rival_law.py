@@ -13,6 +13,7 @@ from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.search.forward import BENDS
 from stickslip.estimation.selection.search.shapes import best_shape, refined
 from stickslip.estimation.selection.terms import Term, two_thirds_term
+from stickslip.records import AxisKind
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,7 +183,9 @@ def _weighed(model: Model, rival: Model) -> tuple[float, float] | None:
     return float(partial.values[0]), float(np.sqrt(found.covariance[0, 0]))
 
 
-def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTuning) -> str:
+def rival_note(
+    model: Model, rivals: Sequence[Rival], kind: AxisKind, unit: str, tuning: RivalTuning
+) -> str:
     """Return a note on a law that explains the log as well.
 
     The laws differ most below the driven speeds, so that Coulomb friction, the value at rest,
@@ -194,7 +197,7 @@ def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTu
     own = model.friction()[0]
     if any(rival.load and rival.counts for rival in rivals):
         return _GRAVITY
-    if _lacks_gravity(model):
+    if _may_lack_gravity(model, kind):
         return _LACKING_GRAVITY
     others = [
         (abs(rival.model.friction()[0] - own), rival.model.friction()[0], rival.law)
@@ -211,7 +214,11 @@ def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTu
 
 
 def rival_shifts(
-    model: Model, rows: ModelRows, rivals: Sequence[Rival], others: Sequence[ModelRows]
+    model: Model,
+    rows: ModelRows,
+    rivals: Sequence[Rival],
+    others: Sequence[ModelRows],
+    kind: AxisKind,
 ) -> Float[np.ndarray, "k p"] | None:
     """Return the differences to the parameters of the laws that explain the log as well [SI].
 
@@ -224,7 +231,7 @@ def rival_shifts(
     None if the log distinguishes the laws, or no other law decreases the residual.
     """
     own = dict(zip(rows.names, rows.values().tolist(), strict=True))
-    shifts = _of_lacking_gravity(model, rows)
+    shifts = _of_lacking_gravity(model, rows) if _may_lack_gravity(model, kind) else []
     for rival, other in zip(rivals, others, strict=True):
         if not rival.counts:
             continue
@@ -233,9 +240,13 @@ def rival_shifts(
     return np.array(shifts) if shifts else None
 
 
-def _lacks_gravity(model: Model) -> bool:
-    """Return whether a spring acts beside the efforts of a model of the machine."""
-    return "spring" in model.names and bool(np.any(model.rows.model_effort))
+def _may_lack_gravity(model: Model, kind: AxisKind) -> bool:
+    """Return whether a spring and an offset may be gravity that a model of the machine lacks.
+
+    On a linear axis gravity is constant, and no spring.
+    """
+    acts = kind == "rotary" and model.offset and "spring" in model.names
+    return acts and bool(np.any(model.rows.model_effort))
 
 
 def _of_lacking_gravity(model: Model, rows: ModelRows) -> list[list[float]]:
@@ -246,8 +257,6 @@ def _of_lacking_gravity(model: Model, rows: ModelRows) -> list[list[float]]:
     is between -k and k for half of all directions, and k (x - x_0) with the spring. The
     difference of these is a part of the offset.
     """
-    if not _lacks_gravity(model) or not model.offset or "mass" in rows.names:
-        return []
     shape = next(shape for term, shape in model.chosen if term.name == "spring")
     stiffness = float(model.coefficients("spring")[0])
     middle = float(np.mean(model.rows.means(shape)))
