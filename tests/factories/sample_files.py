@@ -27,6 +27,13 @@ from rosbags.rosbag2 import StoragePlugin
 from stickslip.logs.formats.registry import folder_format, format_of
 
 
+def write_arrow_stream(path, columns):
+    """Write columns as an Arrow IPC stream."""
+    table = pa.table(columns)
+    with pa.ipc.new_stream(path, table.schema) as stream:
+        stream.write_table(table)
+
+
 def motion(samples=60, seed=20):
     """Return, by channel, a motion in numbers of 17 digits."""
     generator = np.random.default_rng(seed)
@@ -111,6 +118,7 @@ OF_ALL_CHANNELS = {
         path, np.rec.fromarrays([*columns.values()], names=[*columns])
     ),
     "arrow.feather": lambda path, columns: feather.write_feather(pa.table(columns), path),
+    "stream.arrow": write_arrow_stream,
     "parquet.parquet": lambda path, columns: pq.write_table(pa.table(columns), path),
     "version-4.mat": lambda path, columns: scipy.io.savemat(path, columns, format="4"),
     "version-5.mat": scipy.io.savemat,

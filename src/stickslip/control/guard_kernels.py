@@ -114,6 +114,7 @@ _PLANNED = 0.9  # of the effort limit: the strongest braking
 _LEARNS = 0.1  # of what is wrong of the load is corrected in a sample
 _GROWS = 0.001  # of the effort limit, in a sample: effort on an axis that rests outside its travel
 _TURNS, _SLOWER, _SLOWEST = 6, 0.5, 32.0  # changes of sign, after which each makes it slower
+_STEADIEST = 8.0  # times slower at most by the noise of a velocity sensor, which has a mean of 0
 _FORGETS = 0.5  # of the load stays at such a change of sign
 _NOISE, _CLEARLY = 0.2, 0.1  # of the effort limit: that of an error of the speed; one that brakes
 _DRIVES = 0.6  # of the effort limit: a strong effort
@@ -417,8 +418,10 @@ def _plan(g: Any, slower: float) -> None:
 @compiled(inline=True)
 def _slower(g: Any) -> float:
     """Return the factor by which braking takes longer: an axis swings, or its speed has noise."""
-    error = g.resolution / g.period if np.isnan(g.seen[0, 1]) else g.velocity_resolution
+    measured = not np.isnan(g.seen[0, 1])
+    error = g.velocity_resolution if measured else g.resolution / g.period
     noisy = g.gain * error / (_NOISE * g.effort_limit)
+    noisy = min(noisy, _STEADIEST) if measured else noisy
     return min(max(1.0 + _SLOWER * max(g.turns - _TURNS, 0), noisy), _SLOWEST)
 
 

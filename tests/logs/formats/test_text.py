@@ -187,6 +187,11 @@ def test_a_time_goes_on_at_midnight(one, other, read):
     assert log.time.tolist() == [0.0, 1.0]
 
 
+def test_stamps_out_of_order_at_midnight_are_refused(read):
+    with refuses("time_not_increasing"):
+        read("t,x,F\n23:59:59.5,0,1\n00:00:00.5,1,2\n23:59:59.9,2,3\n00:00:01,3,4\n")
+
+
 def test_a_delimiter_behind_the_last_name_is_no_column(read):
     log = read("t,x,F,\n" + ROWS)
     assert log.effort.tolist() == EFFORT

@@ -100,13 +100,17 @@ def read_parquet(path: Path) -> Table:
 
 
 def read_feather(path: Path) -> Table:
-    """Read a Feather file (Arrow IPC), and of its columns only those in use."""
+    """Read a Feather file or stream (Arrow IPC); of a file only the columns in use."""
     with RequiredExtra("parquet", f"{path.name} is a Feather file; reading it"):
         import pyarrow as pa
         from pyarrow import feather
 
-    with pa.OSFile(str(path)) as file:
-        layout = pa.ipc.open_file(file).schema
+    try:
+        with pa.OSFile(str(path)) as file:
+            layout = pa.ipc.open_file(file).schema
+    except pa.ArrowInvalid:
+        stream = pa.ipc.open_stream(path.read_bytes()).read_all()
+        return _table_of_columns(path, stream.schema, stream.select)
 
     def read(columns: list[str]) -> Any:
         return feather.read_table(path, columns=columns, memory_map=False)

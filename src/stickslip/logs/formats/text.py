@@ -427,8 +427,7 @@ def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
     seconds = (stamps - stamps[:1]).astype(np.int64) * 1e-9
     if moments[0]["date"] or moments[0]["day"]:
         return seconds
-    midnights = np.cumsum(np.diff(seconds, prepend=0.0) < -0.5 * _DAY)  # a clock begins again
-    return seconds + _DAY * midnights
+    return np.unwrap(seconds, period=_DAY)  # a clock begins again at midnight
 
 
 def _date(moment: re.Match[str]) -> str:
