@@ -397,9 +397,9 @@ def _plan(g: Any, slower: float) -> None:
     back, by an effort that grows while it rests.
     """
     x, v, T = g.x, g.v, g.period
-    passed = g.efforts_time
-    load = (_mass(g) * (v - g.braked_v) - g.impulse) / passed
-    g.hold -= min(_LEARNS * passed / T, 1.0) / slower * (load + g.hold) if g.quiet == 0 else 0.0
+    if g.quiet == 0:
+        load = (_mass(g) * (v - g.braked_v) - g.impulse) / g.efforts_time
+        g.hold -= min(_LEARNS * g.efforts_time / T, 1.0) / slower * (load + g.hold)
     most = g.effort_limit
     if g.quiet > 0 and _is_outside(g):
         g.hold += np.copysign(_GROWS * most, g.low - x)

@@ -106,7 +106,7 @@ class CarriedRuns:
 class ControllerScore:
     """How one controller does on many random axes."""
 
-    controller: str  #: Which one, and how it is tuned where that is not said elsewhere.
+    controller: str  #: Its name, and its tuning if nothing else states it.
     axes: int  #: How many it was tried on.
     #: Share of them that were within it all the time while watched at the end [1].
     within_tolerance: float
