@@ -542,3 +542,32 @@ def test_an_axis_that_vibrates_under_thirty_times_its_friction_lands(
     )
     assert positions[-1] == pytest.approx(target, abs=2e-5)
     assert -0.5 * target < min(positions) <= max(positions) < 2.0 * target
+
+
+def first_effort(fruitless: int, swing: float) -> tuple[int, float]:
+    """Return the sample of the first effort at 90 um from the target, after pulses.
+
+    The second value is the largest effort that is then known not to free the axis.
+    """
+    controller = PreciseController(pulses=replace(PULSES, target=9e-5))
+    state = controller.init()
+    at.own_fields(state).swing = swing
+    own = exact_state.own_fields(state[at.SIZE :])
+    own.fruitless, own.held[:], own.breakaway[:] = fruitless, 250.0, 260.0
+    for k in range(200):
+        state, effort = controller.step(state, SensorSample(k * T, 0.0, nan, nan, nan))
+        if effort != 0.0:
+            return k, exact_state.own_fields(state[at.SIZE :]).held[0]
+    raise AssertionError
+
+
+@pytest.mark.parametrize("swing", [0.5e-3, 1e-3, 5e-3])
+def test_pulses_that_have_not_helped_wait_for_what_swings_on_the_axis(swing: float) -> None:
+    """It dies down to the error with a time constant of 50 ms; efforts that it held are forgotten.
+
+    Otherwise the axis is judged at once after ten samples at rest.
+    """
+    assert first_effort(0, swing) == first_effort(1, swing) == first_effort(2, 0.0) == (9, 250.0)
+    decayed = 0.05 * np.log(swing / 9e-5) / T
+    expected = (int(np.ceil(decayed)) - 1, 0.0) if decayed > 10.0 else (9, 250.0)
+    assert first_effort(2, swing) == expected

@@ -99,6 +99,8 @@ _PAUSE, _PAUSES = 0.3, 2  # duration [s] and number of waits for what still swin
 _FEWEST = 2  # samples of a rest, where the delay is known
 _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
 _GENTLER, _GENTLEST = 0.5, 1.5  # times that of the last one, if it vibrates again; times friction
+_SWINGS = 0.05  # time [s] in which a swing dies down to a third, about a period
+_FRUITLESS = 2  # pulses that have not halved the error, from which they wait for it
 _STAYS, _STAYS_FOR = 100, 0.5  # samples and time [s] at the target: what moves the axis then is new
 _SERVO_ROWS = 8  # fewest measured samples of a move before the servo continues it
 _BRAKED = 1.5  # factor by which pulses are shorter after one that has to be braked
@@ -260,16 +262,48 @@ def _servo_continues(p: Any) -> bool:
 
 
 @compiled()
+def _forget_held(own: Any) -> None:
+    """Forget which efforts did not free the axis: what swung on it may have held it."""
+    for side in range(2):
+        own.held[side] = 0.0
+        own.breakaway[side] = min(own.breakaway[side], HIGHEST * law_of(own, side)[1])
+        own.moved_at[side] = max(own.moved_at[side], own.breakaway[side])
+
+
+@compiled()
+def _decide(p: Any, s: Any, own: Any, rested: bool) -> None:
+    """Learn from a pulse once the axis rests, and go on once little swings on it.
+
+    A pulse lets a mass behind a spring swing by up to its displacement. After pulses that have not
+    helped the next one waits until that is less than the error.
+    """
+    p.swing *= math.exp(-p.period / _SWINGS)
+    if rested:
+        p.undecided = 1
+        if s.fresh:
+            exact_learning.learn(s, own)
+            p.swing, p.by_pulse = p.swing + abs(s.last.achieved), 1
+            if p.known:
+                _hasten(p, s, own)
+    if not p.undecided:
+        return
+    if s.outcome == MOVING and own.fruitless >= _FRUITLESS and p.swing > abs(s.error):
+        p.waits = 1
+        return
+    if p.waits:
+        _forget_held(own)
+    s.fresh = p.by_pulse
+    p.undecided = p.by_pulse = p.waits = 0
+    _rested(p, s, own)
+
+
+@compiled()
 def _rested(p: Any, s: Any, own: Any) -> None:
-    """Learn from the last pulse once the axis has come to rest, and begin a move or a pulse."""
+    """Begin a move or a pulse once the axis has come to rest."""
     if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
         p.leavings = 0  # friction or bristles have stopped it
     p.brakings = p.held = p.turns = p.swung = 0
     p.holds = 0 if s.outcome == REACHED else p.holds
-    if s.fresh:
-        exact_learning.learn(s, own)
-        if p.known:
-            _hasten(p, s, own)
     if s.outcome != MOVING:
         return
     unmoved = p.unseen == 1 and abs(s.rest - p.start) <= s.least_motion
@@ -330,8 +364,8 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
     remember(p, x)
     if p.moving == 0:
         _react(p, s, own, x)
-    if p.moving == 0 and watch(inner, sample):
-        _rested(p, s, own)
+    if p.moving == 0:
+        _decide(p, s, own, watch(inner, sample))
     return emit(s) if p.moving == 0 else _effort(p, s, own, x, True)
 
 
@@ -382,8 +416,9 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     is let go is under a load above friction: it is held for good, with the outcome ``STOPPED``. One
     that vibrates during a move is braked, and moves on with three times the effort of friction. At
     short sampling times the servo of a `ProfileController` positions it instead; if that fails,
-    pulses follow. Where pulses have not helped, the controller waits for what may swing on the
-    axis, 0.3 s and then 0.6 s, and tries again.
+    pulses follow. Where two pulses have not halved the error, the next ones wait for what may swing
+    on the axis, the longer the farther the last ones have moved it; where no pulse seems to help,
+    the controller waits 0.3 s and then 0.6 s, and tries again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
 
@@ -511,7 +546,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         vector = np.concatenate([state[:SIZE], inner])
         p = own_fields(vector)
         p.moves, p.last_error, p.wild, p.pauses, p.holds = 0, inf, 0, 0, 0
-        p.leavings = p.unseen = 0
+        p.leavings = p.unseen = p.undecided = p.by_pulse = p.waits = 0
         if p.loaded:  # let go, to see whether the load is still there
             p.loaded = p.held = p.brake_left = 0
         if p.moving == SERVO:

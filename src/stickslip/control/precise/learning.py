@@ -67,6 +67,10 @@ OWN_DTYPE = np.dtype(
         ("moves", "i8"),  # to this target
         ("last_error", "f8"),  # before the last one
         ("shaken", "i8"),  # 1 once a vibration has disturbed a move
+        ("undecided", "i8"),  # 1 from a rest until it is decided what follows
+        ("by_pulse", "i8"),  # 1 if a pulse has led to it
+        ("waits", "i8"),  # 1 if what swings on the axis was waited for in it
+        ("swing", "f8"),  # largest of a mass on the axis, by the pulses so far
         ("pauses", "i8"),  # after pulses that did not help, to this target
         ("samples", "i8"),  # since it began
         ("shortest", "f8"),  # samples that it takes at least
