@@ -286,6 +286,22 @@ def test_a_miss_is_aimed_against_where_the_next_correction_is_the_same() -> None
     assert landing._aim(missed, 0.9, 1.0) == NONE  # from another place
     other = replace(missed.lesson, coulomb_friction=0.12)
     assert landing._aim(replace(missed, lesson=other), 0.8, 1.0) == NONE  # with another model
+    # Not what feedback could not follow: 0.02 of the travel of 0.2
+    far, end_of = replace(swing, offset=4.3e-3), SensorSample(end, 0.0, 0.0, 0.0, 0.0)
+    assert landing._with_lesson(missed, end_of, far).lesson is None
+
+
+def test_a_series_to_a_place_beyond_is_planned_anew_to_that_place() -> None:
+    landing = controller(arm=ARM, estimator=KNOWN)
+    state, _, _ = flown(landing, 1.0)
+    flight = state.flights[0]
+    beyond = replace(flight, planned=replace(flight.planned, target=1.2))
+    swing = Swing(position=0.5, offset=0.0, velocity=0.0, frequency=1.37)
+    assert state.phase.name == "series"
+    assert landing._places(replace(state, flights=(beyond,)), swing, 0.1) == [1.2]
+    # Not where the target is another one meanwhile
+    other = replace(state, target=0.7, begun=len(state.phases))
+    assert landing._places(replace(other, flights=(beyond,)), swing, 0.1) == [0.7]
 
 
 def test_masses_that_are_learned_are_no_gain_of_the_drive() -> None:

@@ -293,6 +293,9 @@ class TrackingTuning:
     repeated_miss: float = 0.7
     """Share of a miss that the next series from the same place is aimed against [-]: what a wrong
     model causes is the same again, what noise causes is not."""
+    largest_miss: float = 0.02
+    """Largest miss that the next series is aimed against [travel of the series]: what causes more
+    is not the same again."""
     same_place: float = 0.02
     """Distance of two places from which series count as the same [travel of the series]."""
     improvement: float = 0.7

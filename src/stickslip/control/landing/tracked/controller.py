@@ -168,7 +168,7 @@ class TrackedLandingController(TrackedEstimates):
 
     def _places(self, state: Any, swing: Swing, least: float) -> list[float]:
         if state.phases and state.phase.name == "series":  # on the way
-            return [state.target]
+            return [state.flights[-1].planned.target if state.series_since_target else state.target]
         # A short series is slow, where friction differs from that of a long one
         error = state.target - swing.position
         if abs(error) > self._near(state):
@@ -204,6 +204,8 @@ class TrackedLandingController(TrackedEstimates):
         later = last.start + last.planned.moving * self.sampling_time - sample.time
         x, _, x2, v2 = swing.state(later)
         miss = (x - state.target, 0.0, x2 - state.target, v2 / swing.frequency)
+        if max(map(abs, miss)) > TRACKING.largest_miss * abs(travel):
+            return replace(state, lesson=None)
         share = TRACKING.repeated_miss
         pairs = zip(last.planned.aim, miss, strict=True)
         aim_x, _, aim_x2, aim_v2 = (aim - share * off for aim, off in pairs)
