@@ -7,14 +7,16 @@ import argparse
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from rich.progress import track
 from scipy.integrate import quad
 
 from studies.documentation.style import table
+from studies.mismatch.plant import FINE_STEP, HeldPlant
 from studies.positioning_faults.cases import AXIS_CASES, Case
-from studies.positioning_faults.run import Axis, axes, move_axis
+from studies.positioning_faults.run import PUSHED, Axis, axes, move_axis
 
 _METHODS = ("precise", "exact", "profile")
 _UNKNOWN = "precise, no guess"
@@ -62,6 +64,22 @@ def _judged(drawn: Sequence[Axis], shortest: Sequence[float], case: Case) -> str
     return f"{inside.sum()}: {shown[0]} ({shown[1]}){said}"
 
 
+def _unheld(axis: Axis, case: Case) -> bool:
+    """Return whether the push takes the axis out of its travel whatever acts against it.
+
+    The whole limit does from the first sample on in which the axis has moved.
+    """
+    T, limit = axis.sampling_time, float(axis.tables["controller"]["effort_limit"])
+    plant = HeldPlant(axis.plant, start=axis.targets[0], steps=round(T / FINE_STEP))
+    low, _ = axis.scenario().build(Path()).guarded.limits.travel
+    lowest, k = axis.targets[0], 0
+    while k == 0 or plant.motion[1] < 0.0:
+        push = case.channels.push * limit if k * T < PUSHED else 0.0
+        plant.advance(limit if k else 0.0, push)
+        lowest, k = min(lowest, plant.motion[0]), k + 1
+    return lowest < low
+
+
 def _unguessed(axis: Axis) -> Axis:
     """Return the axis with a controller to which friction is unknown."""
     guess = {"mass": axis.tables["guess"]["mass"]}
@@ -89,6 +107,10 @@ def study(count: int, sampling_time: float, ratio: float) -> str:
         f"{count} axes; the median of the shortest times is {1e3 * np.median(shortest):.0f} ms.\n\n"
     )
     ends = "\n\nAxes that stop, and the most frequent reason:\n\n"
+    for case in AXIS_CASES:
+        if case.channels.push:
+            unheld = sum(_unheld(axis, case) for axis in by_method["precise"])
+            ends = f"\n\n{unheld} pushes leave the travel against the whole limit as well.{ends}"
     return title + note + table(["case", *names], rows) + ends + table(["case", *names], stopped)
 
 

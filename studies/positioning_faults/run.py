@@ -26,9 +26,10 @@ from stickslip.scenario import (
 from studies.mismatch.plant import FINE_STEP, HeldPlant, Plant
 from studies.positioning_faults.cases import Case
 
-__all__ = ["Axis", "Outcome", "arms", "axes", "move_axis"]
+__all__ = ["PUSHED", "Axis", "Outcome", "arms", "axes", "move_axis"]
 
 _PLANNED, _ANGLE = 0.02, 0.06  # samples of the plans of the shortest times: time [s], swing [rad]
+PUSHED = 0.05  # duration of a push [s]
 _FACTOR = 3.0  # of the parameters of an arm around their means
 _STOPPED = -1e9  # effort of a controller that raised an error
 
@@ -402,4 +403,4 @@ def _sent(
 
 def _push(axis: Axis, case: Case, k: int, limit: float) -> float:
     time = k * axis.sampling_time
-    return case.channels.push * limit if 0.0 <= time - 0.5 * axis.duration < 0.05 else 0.0
+    return case.channels.push * limit if 0.0 <= time - 0.5 * axis.duration < PUSHED else 0.0

@@ -15,6 +15,7 @@ from small_scenarios import METHODS, Interpreted, scenario
 from stickslip.control import (
     ExactPulseController,
     GuardedController,
+    GuardedState,
     Limits,
     RestDetection,
     SensorErrors,
@@ -287,6 +288,30 @@ def test_a_position_that_no_force_explains_is_rejected() -> None:
         )
     assert "jumps" in str(guard.why(state))
     assert effort == 0.0
+
+
+@pytest.mark.parametrize("velocity", [0.0, nan])
+@pytest.mark.parametrize("wrong", [0, 1, 2])
+def test_a_controller_begins_anew_after_a_glitch_in_the_first_samples(
+    wrong: int, velocity: float
+) -> None:
+    """As if it had begun with the first sample from which on positions agree."""
+    guard = guarded(pulses())
+
+    def efforts(positions: list[float]) -> tuple[list[float], GuardedState]:
+        state, sent = guard.init(), []
+        for k, x in enumerate(positions):
+            state, effort = guard.step(state, SensorSample(k * T, x, velocity))
+            sent.append(effort)
+        return sent, state
+
+    rest = [0.0] * 20
+    seen, state = efforts([*rest[:wrong], 0.01, *rest[wrong:]])
+    begun, _ = efforts(rest)
+    assert guard.why(state) is None
+    assert guard.lost_samples(state) == 1
+    lost = 2 - wrong  # a pulse goes on where a sample is lost
+    assert seen[lost : lost + 9] == begun[:9]
 
 
 def test_frozen_sensors_are_detected() -> None:

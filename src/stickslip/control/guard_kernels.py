@@ -48,6 +48,7 @@ STATE = np.dtype(
         ("lost_total", "i8"),
         ("stuck", "i8"),  # of them, those of a moving axis in the same position, in the last bit
         ("halted", "i8"),  # 1 if the first of them showed an axis that was slower than possible
+        ("rejected", "f8"),  # position of the last of them that no force explains
         ("missing", "i8", (4,)),  # channels of the last lost sample
         ("mismatch", "f8"),  # of position and velocity, with a memory of some ten samples
         ("same", "i8"),  # equal positions in a row
@@ -329,15 +330,21 @@ def admit(
         late = dt + T
         slack = 0.5 * g.acceleration * dt * late + _WIDE * g.resolution
         slack += (g.velocity_resolution if measured else _WIDE * g.resolution / T) * late
-        if abs(x - g.x - dt * g.v) > slack:
+        jumps = abs(x - g.x - dt * g.v) > slack
+        if jumps and g.samples == g.lost == 1 and abs(x - g.rejected) <= slack:
+            # Not this one and the one before were glitches, but the first: begin anew
+            g.samples = g.free = 0
+            speed = v if measured else 0.0
+        elif jumps:
             halted = abs(x - g.x) <= abs(dt * g.v) + _WIDE * g.resolution
+            g.rejected = x
             if (halted or g.halted == 1) and x != g.x:
                 return _halt(g)
             g.stuck += 1 if x == g.x else 0
             return _lose(g, FROZEN if x == g.x else JUMP)
         if g.stuck >= _STUCK and x == g.x and g.fault == 0:  # by no force
             g.fault = FROZEN
-        if measured:
+        if measured and g.samples > 0:
             unsure = g.velocity_resolution + 2.0 * g.resolution / T  # of a difference of positions
             if abs(v - g.v) > g.acceleration * late + 2.0 * unsure:
                 return _halt(g) if abs(v) <= abs(g.v) + unsure else _lose(g, JUMP)

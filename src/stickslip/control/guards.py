@@ -253,6 +253,7 @@ class GuardedState(NamedTuple):
 
     guard: Float[np.ndarray, " g"]
     inner: Any
+    first: Any = None  #: State of the controller before the first sample, for the second one.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -329,9 +330,15 @@ class GuardedController(PositionController[GuardedState]):
         """Take a sample; return the state after it and the effort until the next [N or N m]."""
         seen = SensorSample(*(_number(value) for value in sample))
         guard = state.guard.copy()
-        inner, effort = state.inner, nan
+        inner, first, effort = state.inner, state.first, nan
+        before = at.fields(guard).samples
         readable = at.admit(guard, *seen)
-        asked = at.fields(guard).fault != at.FAILED
+        g = at.fields(guard)
+        asked = g.fault != at.FAILED
+        if before == 0:
+            first = inner
+        elif before == g.samples == 1 and readable and first is not None:
+            inner = first  # the first sample was a glitch
         try:
             if asked and readable:
                 inner, effort = self._inner.step(inner, seen)
@@ -340,9 +347,11 @@ class GuardedController(PositionController[GuardedState]):
         except Exception:
             # The drive must be stopped whatever the reason
             _logger.exception("the controller failed at %g s; the axis is stopped", seen.time)
-            at.fields(guard).fault = at.FAILED
+            g.fault = at.FAILED
             inner = state.inner
-        return GuardedState(guard, inner), at.release(guard, readable, _number(effort))
+        if g.samples > 1:
+            first = None
+        return GuardedState(guard, inner, first), at.release(guard, readable, _number(effort))
 
     def warm_up(self) -> None:
         """Compile and load all that `step` uses."""
