@@ -14,7 +14,7 @@ from rich.progress import track
 
 from studies.documentation.style import DOCS, table
 from studies.van_de_wijdeven.conjunction.cases import BOUND, CASES
-from studies.van_de_wijdeven.conjunction.contenders import HOW_COMPARED, LANDING
+from studies.van_de_wijdeven.conjunction.contenders import HOW_COMPARED, LANDINGS
 from studies.van_de_wijdeven.conjunction.random_arms import random_arms
 from studies.van_de_wijdeven.conjunction.study import arm_outcomes, scores_of
 from studies.van_de_wijdeven.records import LandingScore, Spread
@@ -31,10 +31,11 @@ def _spread(of: Spread | None, factor: float = 1.0, digits: int = 2) -> str:
 
 
 def _landings(scores: tuple[LandingScore, ...]) -> str:
-    """Return the table of the landing controller in every case."""
+    """Return the table of the controllers that land by series of pulses, in every case."""
     rows = [
         [
             each.case,
+            each.controller,
             f"{100 * each.landed:.1f}",
             "–" if each.landed_in_four is None else f"{100 * each.landed_in_four:.1f}",
             _spread(each.error_1),
@@ -46,11 +47,12 @@ def _landings(scores: tuple[LandingScore, ...]) -> str:
             f"{each.peak_effort:.3f}",
         ]
         for each in scores
-        if each.controller == LANDING
+        if each.controller in LANDINGS
     ]
     return table(
         [
             "case",
+            "controller",
             "landed [%]",
             "in four series [%]",
             "mass 1 off",
@@ -67,7 +69,7 @@ def _landings(scores: tuple[LandingScore, ...]) -> str:
 
 def _comparison(scores: tuple[LandingScore, ...]) -> str:
     """Return the table of all controllers in the cases that the rivals were tried in."""
-    tried = {each.case for each in scores if each.controller != LANDING}
+    tried = {each.case for each in scores if each.controller not in LANDINGS}
     rows = [
         [
             each.case,
@@ -104,10 +106,14 @@ def page(scores: tuple[LandingScore, ...], arms: int) -> str:
             "position), mass 2 swinging or not. Numbers are over the length of the move, or over "
             "the shortest time in which the planner takes the arm there when all of it is known: "
             "the median, what 95 % do not exceed, and the worst.\n",
-            "## The landing controller\n",
+            "## Landings by series of pulses\n",
+            "Method `landing` is the conjunction of van de Wijdeven (2002): feedback and notch "
+            "bring the arm near its target, and series of pulses from rest to rest land it. Method "
+            "`tracked`, the default of `position`, begins with a series, and feedback on both "
+            "masses tracks it.\n",
             _landings(scores),
-            "Where masses and spring are wrong, each by that much up or down, the controller is "
-            "given how uncertain they are, and learns them from the motion along each series.\n",
+            "Where masses and spring are wrong, each by that much up or down, the controllers are "
+            "given how uncertain they are, and learn them from the motion along each series.\n",
             "## Beside others\n",
             f"{HOW_COMPARED}\n",
             _comparison(scores),

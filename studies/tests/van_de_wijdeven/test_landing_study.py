@@ -16,6 +16,7 @@ from studies.van_de_wijdeven.conjunction.cases import BOUND, CASES, EXACT, NOISY
 from studies.van_de_wijdeven.conjunction.contenders import (
     FASTEST,
     LANDING,
+    LANDINGS,
     RIVALS,
     PIDTuning,
     ZeroVibrationTuning,
@@ -130,7 +131,7 @@ def test_the_bound_follows_the_move_or_the_noise() -> None:
         case.name for case in CASES].index)  # fmt: skip
 
 
-@pytest.mark.parametrize("name", [*RIVALS, LANDING])
+@pytest.mark.parametrize("name", [*RIVALS, *LANDINGS])
 def test_a_controller_is_made_from_what_is_guessed_alone(name: str) -> None:
     drawn = next(each for each in arms(10) if each.guessed_friction is not None)
     law = drawn.arm.friction
@@ -142,10 +143,10 @@ def test_a_controller_is_made_from_what_is_guessed_alone(name: str) -> None:
             return guessed
 
     told = Told(name="told")
-    if name == LANDING:
+    if name in LANDINGS:
         changed = replace(law, coulomb_friction_positive=1e-3)
         other = replace(other, arm=replace(other.arm, friction=changed))
-        made = [landing_controller(each, told) for each in (drawn, other)]
+        made = [landing_controller(each, told, name) for each in (drawn, other)]
         assert made[0] == made[1]
         assert made[0].arm.friction == drawn.guessed_friction
         return
@@ -332,5 +333,5 @@ def test_the_study_depends_on_the_seed_alone() -> None:
     assert len(told) == 1
     names = [(each.controller, each.case) for each in one]
     assert names[0] == (LANDING, EXACT.name)
-    assert len(set(names)) == len(names) == 1 + len(RIVALS)
+    assert len(set(names)) == len(names) == len(LANDINGS) + len(RIVALS)
     assert one == landing_scores(1, QUICK_SEED, cases=cases, workers=2, advance=lambda: None)

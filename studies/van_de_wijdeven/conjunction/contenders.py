@@ -15,6 +15,7 @@ from stickslip.control import (
     PointToPoint,
     PulseAmplitudeWidthController,
     RestDetection,
+    TrackedLandingController,
     scaled_notch,
     scaled_pd,
 )
@@ -29,6 +30,7 @@ __all__ = [
     "FASTEST",
     "HOW_COMPARED",
     "LANDING",
+    "LANDINGS",
     "RIVALS",
     "PIDTuning",
     "ZeroVibrationTuning",
@@ -36,7 +38,12 @@ __all__ = [
 ]
 
 LANDING = "landing"
-"""Name of the controller that is to beat the others."""
+"""Name of the controller of the conjunction."""
+
+LANDINGS: Mapping[str, type[LandingController]] = MappingProxyType(
+    {LANDING: LandingController, "tracked": TrackedLandingController}
+)
+"""Controllers that land an arm by series of pulses, by name; the second is that of `position`."""
 
 _EFFORT_SHARE = 0.8
 """Of the limit that a reference may take; the rest is for the feedback."""
@@ -49,20 +56,22 @@ FASTEST = 2.0 * pi * 0.1 / SAMPLING_TIME
 """Pole of a feedback, at most [rad/s]: a tenth of the sampling rate."""
 
 
-def landing_controller(arm: RandomArm, case: Case) -> LandingController:
+def landing_controller(arm: RandomArm, case: Case, name: str = LANDING) -> LandingController:
     """Return the controller that lands the arm on its first target, then on the others.
 
     Parameters
     ----------
     arm, case
         Which, and under which conditions.
+    name
+        Of the controller, in `LANDINGS`.
     """
     guessed, guess = case.guessed(arm), arm.guessed_friction
     first = {} if guess is None else {
         "coulomb_friction": guess.coulomb_friction_positive,
         "viscous_friction": guess.viscous_friction_positive,
     }  # fmt: skip
-    return LandingController(
+    return LANDINGS[name](
         sampling_time=SAMPLING_TIME,
         target=arm.targets[0],
         tolerance=0.5 * min(case.bound(way) for way in arm.ways),
@@ -210,15 +219,15 @@ RIVALS: Mapping[str, Rival] = MappingProxyType(
 HOW_COMPARED = (
     "Every controller brings each arm from rest to its first target and on to the second. A move "
     f"lasts {ARRIVAL + WATCH:g} s; it has landed if both masses were within the bound during all "
-    f"of the last {WATCH:g} s, by their true positions (with the landing controller, during "
-    f"{WATCH:g} s after it has ended). The bound is {BOUND:g} of the move without noise, and three "
-    "standard deviations of a measured position with noise. PD and notch are those of the landing "
-    "controller's own feedback; they and zero vibration follow the fastest reference of least jerk "
+    f"of the last {WATCH:g} s, by their true positions (with `landing` and `tracked`, during "
+    f"{WATCH:g} s after they have ended). The bound is {BOUND:g} of the move without noise, and "
+    "three standard deviations of a measured position with noise. PD and notch are those of the "
+    "feedback of `landing`; they and zero vibration follow the fastest reference of least jerk "
     f"that takes {100 * _EFFORT_SHARE:g} % of the effort limit. The PID is placed for a rigid axis "
     "of the whole mass, PAPWC plans for such a one, looks at mass 1 alone and begins with the true "
     "friction. Zero vibration has the spring's force balanced as measured. It comes in two rows: "
-    "with the first guess of friction that the landing controller has, or no friction where there "
-    "is none; and with the true friction, which is better than whatever could be learned. The "
-    "poles of PID and zero vibration are what landed most of 40 other arms, without and with noise "
-    f"apart, at no more than {FASTEST:.3g} rad/s, a tenth of the sampling rate."
+    "with the first guess of friction that `landing` and `tracked` have, or no friction where "
+    "there is none; and with the true friction, which is better than whatever could be learned. "
+    "The poles of PID and zero vibration are what landed most of 40 other arms, without and with "
+    f"noise apart, at no more than {FASTEST:.3g} rad/s, a tenth of the sampling rate."
 )

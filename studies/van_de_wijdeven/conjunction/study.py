@@ -3,13 +3,14 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 
 import numpy as np
 
 from stickslip.planning import PulseSeriesPlanner
 from stickslip.tasks.parallel import in_parallel
 from studies.van_de_wijdeven.conjunction.cases import CASES, EXACT, NOISY, WRONG, Case
-from studies.van_de_wijdeven.conjunction.contenders import LANDING, RIVALS, landing_controller
+from studies.van_de_wijdeven.conjunction.contenders import LANDINGS, RIVALS, landing_controller
 from studies.van_de_wijdeven.conjunction.random_arms import (
     SAMPLING_TIME,
     RandomArm,
@@ -41,7 +42,7 @@ class ArmOutcomes:
 def trials(cases: Sequence[Case]) -> list[tuple[str, Case]]:
     """Return which controllers are tried in which cases; the rivals in three of `CASES` at most."""
     rivals = [(name, case) for case in _RIVAL_CASES if case in cases for name in RIVALS]
-    return [*((LANDING, case) for case in cases), *rivals]
+    return [*product(LANDINGS, cases), *rivals]
 
 
 def arm_outcomes(arm: RandomArm, cases: Sequence[Case]) -> ArmOutcomes:
@@ -58,8 +59,8 @@ def arm_outcomes(arm: RandomArm, cases: Sequence[Case]) -> ArmOutcomes:
         shortest=shortest_times(arm),
         moves=tuple(
             tuple(
-                landed_moves(arm, case, landing_controller(arm, case))
-                if name == LANDING
+                landed_moves(arm, case, landing_controller(arm, case, name))
+                if name in LANDINGS
                 else rival_moves(arm, case, RIVALS[name])
             )
             for name, case in trials(cases)
