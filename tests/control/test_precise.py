@@ -563,11 +563,11 @@ def first_effort(fruitless: int, swing: float) -> tuple[int, float]:
 
 @pytest.mark.parametrize("swing", [0.5e-3, 1e-3, 5e-3])
 def test_pulses_that_have_not_helped_wait_for_what_swings_on_the_axis(swing: float) -> None:
-    """It dies down to the error with a time constant of 50 ms; efforts that it held are forgotten.
+    """It dies down to the error with a time constant of 5 samples; efforts that it held are forgotten.
 
     Otherwise the axis is judged at once after ten samples at rest.
     """
     assert first_effort(0, swing) == first_effort(1, swing) == first_effort(2, 0.0) == (9, 250.0)
-    decayed = 0.05 * np.log(swing / 9e-5) / T
+    decayed = 5.0 * np.log(swing / 9e-5)
     expected = (int(np.ceil(decayed)) - 1, 0.0) if decayed > 10.0 else (9, 250.0)
     assert first_effort(2, swing) == expected

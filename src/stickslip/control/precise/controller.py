@@ -99,7 +99,7 @@ _PAUSE, _PAUSES = 0.3, 2  # duration [s] and number of waits for what still swin
 _FEWEST = 2  # samples of a rest, where the delay is known
 _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
 _GENTLER, _GENTLEST = 0.5, 1.5  # times that of the last one, if it vibrates again; times friction
-_SWINGS = 0.05  # time [s] in which a swing dies down to a third, about a period
+_SWINGS = 5.0  # samples in which a swing dies down to a third, about a period
 _FRUITLESS = 2  # pulses that have not halved the error, from which they wait for it
 _STAYS, _STAYS_FOR = 100, 0.5  # samples and time [s] at the target: what moves the axis then is new
 _SERVO_ROWS = 8  # fewest measured samples of a move before the servo continues it
@@ -277,7 +277,7 @@ def _decide(p: Any, s: Any, own: Any, rested: bool) -> None:
     A pulse lets a mass behind a spring swing by up to its displacement. After pulses that have not
     helped the next one waits until that is less than the error.
     """
-    p.swing *= math.exp(-p.period / _SWINGS)
+    p.swing *= math.exp(-1.0 / _SWINGS)
     if rested:
         p.undecided = 1
         if s.fresh:
