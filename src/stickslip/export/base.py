@@ -90,7 +90,9 @@ class Exporter(ABC):
     options: tuple[str, ...] = ()  #: Fields of `ExportSettings` that it uses, beside ``overwrite``.
 
     @abstractmethod
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return what is written.
 
         Parameters

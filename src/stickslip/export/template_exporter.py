@@ -49,8 +49,11 @@ class TemplateExporter(Exporter):
     template: str
     ending: str = ".py"
 
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:  # noqa: ARG002 - of the protocol
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return the file; see `Exporter.render`."""
+        del into
         if not self.several:
             only_axis(axes, self.title)
         filled: list[dict[str, Any]] = []
