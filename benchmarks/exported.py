@@ -35,8 +35,6 @@ from stickslip.simulation.kernels.arm import arm_step
 from stickslip.simulation.kernels.single_mass import mass_step
 from stickslip.simulation.plant_kernels import initial_kernel_state, kernel_model
 
-__all__ = ["compare"]
-
 _OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
 _ROUNDS = 40  # through the samples of the test vectors, from the first state
 _EFFORTS = 4000  # samples of a plant

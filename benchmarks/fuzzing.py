@@ -26,8 +26,6 @@ from stickslip.logs import opening, read_log
 from stickslip.logs.formats.registry import FORMATS
 from stickslip.logs.isolation import limit_this_process, memory_limit, read_guarded
 
-__all__ = ["Outcome", "damaged", "fuzz"]
-
 _SECONDS = 10.0  # of the processor: others may use the machine
 _BYTES = 1_000_000_000
 _AT_ONCE = 200

@@ -15,8 +15,6 @@ from rich.console import Console
 from rich.progress import Progress, TaskID
 from rich.table import Table
 
-__all__ = ["Comparison", "Row", "Rows", "Target", "best_time", "print_comparison"]
-
 
 def best_time(function: Callable[[], object], *, repetitions: int) -> float:
     """Return the shortest time [s] of several calls, after one that is not counted.

@@ -16,8 +16,6 @@ from benchmarks.reference import ReferenceRun
 from stickslip.compiled import compiled
 from stickslip.plants import SingleMass
 
-__all__ = ["by_mujoco", "by_runge_kutta", "by_solve_ivp"]
-
 # No type information in the one; in the other, none that knows events which carry attributes.
 mujoco = cast("Any", _mujoco)
 solve_ivp = cast("Any", integrate.solve_ivp)

@@ -23,8 +23,6 @@ from stickslip.plants import SingleMass
 from stickslip.records import SensorSample
 from stickslip.simulation import Sensors, simulate_closed_loop
 
-__all__ = ["compare"]
-
 _MASS, _EFFORT, _T, _STEP = 150.0, 300.0, 0.001, 1e-6
 _FRICTION = CoulombViscousFriction.symmetric(
     coulomb_friction=100.0, viscous_friction=700.0, static_friction=130.0

@@ -27,8 +27,6 @@ from stickslip.simulation import simulate
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.noise_compensation import absolute_bias
 
-__all__ = ["compare", "compare_recursion", "compare_rest", "compare_samples"]
-
 _STEP = {2: 1.0, 4: 2.0}
 """Goals [us a sample] of a step called from Python, by the number of parameters."""
 

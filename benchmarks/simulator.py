@@ -21,8 +21,6 @@ from stickslip.simulation import (
     simulate_batch,
 )
 
-__all__ = ["compare"]
-
 _LONG = 10
 """The long run repeats the effort of the reference run so many times."""
 

@@ -14,8 +14,6 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal import butter, filtfilt
 
-__all__ = ["Chain", "Friction", "arm_friction"]
-
 _GRAVITY = 9.81  # m/s^2
 _ORDER, _VELOCITY_CUTOFF, _EFFORT_CUTOFF = 5, 0.15, 0.2  # of the Nyquist frequency, as published
 _SMALLEST_RATIO = 1e-8  # of singular values: many inertias are not separable

@@ -32,8 +32,6 @@ from studies.mismatch.axes import (
 )
 from studies.mismatch.plant import FINE_STEP, run_plant
 
-__all__ = ["COMMON", "LOGS", "Outcome", "logs_of", "outcome_of", "table"]
-
 LOGS = ("morning", "noon", "evening")
 COMMON = ("inertia", "viscous_friction", "coulomb_friction")
 DIFFERENT = "noon"

@@ -23,17 +23,6 @@ from stickslip.estimation import EnergyEstimator, ExtendedKalmanFilter
 from studies.mismatch.axes import moves, physical
 from studies.mismatch.cases import Recorded, record
 
-__all__ = [
-    "COVERAGE_CASES",
-    "ESTIMATORS",
-    "FAULTS",
-    "MISMATCH_CASES",
-    "Outcome",
-    "faulty",
-    "outcome_of",
-    "study",
-]
-
 ESTIMATORS = ("ekf", "energy", "energy, inertia unknown")
 PARAMETERS = ("viscous_friction", "coulomb_friction", "offset")
 COVERAGE_CASES = (

@@ -21,8 +21,6 @@ from stickslip.estimation import (
 from studies.mismatch.axes import physical
 from studies.mismatch.cases import Recorded, record
 
-__all__ = ["CASES", "Run", "main", "run"]
-
 CASES = (
     "noise",
     "noise_half",

@@ -24,8 +24,6 @@ from stickslip.tasks import axes_of_robot
 from studies.arm_regression import Chain, Friction, arm_friction
 from studies.real_axes.sources import ExtraFile
 
-__all__ = ["FILES", "Published", "row"]
-
 _BENDS = ("two-thirds", "quadratic", "stribeck", "low speed")
 _CLOSE = 0.1  # of a published value [-]
 _SLOWEST = 0.05  # of the largest speed of a joint: the axis slides above, with and without noise

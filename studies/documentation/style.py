@@ -10,19 +10,6 @@ mpl.use("agg")
 
 import matplotlib.pyplot as plt  # the backend is chosen first
 
-__all__ = [
-    "BLUE",
-    "DOCS",
-    "FIGURES",
-    "GREEN",
-    "GREY",
-    "ORANGE",
-    "no_arguments",
-    "save",
-    "style",
-    "table",
-]
-
 DOCS = Path(__file__).parents[2] / "docs"
 FIGURES = DOCS / "figures"
 BLUE, ORANGE, GREEN, GREY = "#0072b2", "#d55e00", "#009e73", "#6b7280"

@@ -13,22 +13,6 @@ from jaxtyping import Bool, Float
 
 from studies.mismatch.plant import Controller, Plant
 
-__all__ = [
-    "CYCLE",
-    "SETTLING",
-    "Motion",
-    "Setup",
-    "Stroke",
-    "controller_of",
-    "draw_setup",
-    "friction_curve",
-    "motion_of",
-    "moves",
-    "physical",
-    "scales",
-    "true_values",
-]
-
 CYCLE = 1e-3
 """Nominal period of the controller [s]."""
 

@@ -24,8 +24,6 @@ from studies.mismatch.axes import CYCLE, physical
 from studies.mismatch.cases import Recorded, record
 from studies.mismatch.judgement import LARGE_ERROR
 
-__all__ = ["main", "relative_bounds", "unavoidable_rate"]
-
 CASES = ("noise", "noise_double", "noise_fourfold", "correlated_098", "correlated_0998")
 EVERY = 4
 """Samples from one row to the next [-]: the covariance of all samples would not fit into a

@@ -26,8 +26,6 @@ from studies.mismatch.axes import (
 from studies.mismatch.effects import EFFECTS, Columns
 from studies.mismatch.plant import FINE_STEP, Plant, Run, run_plant
 
-__all__ = ["CASES", "Case", "Group", "Recorded", "record"]
-
 Group = Literal["ideal", "noise", "in_class", "unmodelled"]
 
 

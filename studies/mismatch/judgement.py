@@ -13,8 +13,6 @@ from stickslip import InputError, identify
 from stickslip.records import FrictionEstimate, Identification
 from studies.mismatch.cases import Recorded, record
 
-__all__ = ["LARGE_ERROR", "Judged", "judge_run"]
-
 LARGE_ERROR = 0.05
 """A relative error above this one is critical if the status is ``ok`` [-]."""
 

@@ -19,8 +19,6 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-__all__ = ["FINE_STEP", "Controller", "HeldPlant", "Plant", "Run", "run_plant"]
-
 FINE_STEP = 20e-6
 """Integration step [s]."""
 

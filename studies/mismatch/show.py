@@ -9,8 +9,6 @@ from matplotlib.figure import Figure
 from studies.mismatch.axes import motion_of, physical
 from studies.mismatch.cases import CASES, Recorded
 
-__all__ = ["draw"]
-
 
 def draw(recorded: Recorded, file: Path) -> None:
     """Write a figure of position, velocity and effort of a log, and of friction over velocity.

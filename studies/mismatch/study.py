@@ -26,8 +26,6 @@ from rich.progress import (
 from studies.mismatch.cases import CASES
 from studies.mismatch.summary import markdown, summarize
 
-__all__ = ["SCHEMA_VERSION", "Study", "run_study", "save"]
-
 SCHEMA_VERSION = 1
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")

@@ -12,8 +12,6 @@ from scipy.stats import norm
 from studies.mismatch.cases import CASES
 from studies.mismatch.judgement import LARGE_ERROR
 
-__all__ = ["markdown", "nominal_rate", "summarize", "wilson"]
-
 Run = Mapping[str, Any]
 
 _NORMAL = 1.959963985

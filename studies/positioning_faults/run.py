@@ -26,8 +26,6 @@ from stickslip.scenario import (
 from studies.mismatch.plant import FINE_STEP, HeldPlant, Plant
 from studies.positioning_faults.cases import Case
 
-__all__ = ["Axis", "Outcome", "arms", "axes", "move_axis"]
-
 _PLANNED, _ANGLE = 0.02, 0.06  # samples of the plans of the shortest times: time [s], swing [rad]
 _FACTOR = 3.0  # of the parameters of an arm around their means
 _STOPPED = -1e9  # effort of a controller that raised an error

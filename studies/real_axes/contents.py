@@ -14,8 +14,6 @@ from studies.real_axes.reference import (
     fit_rows,
 )
 
-__all__ = ["CANDIDATES", "Contents", "contents_of"]
-
 CANDIDATES: Mapping[str, tuple[str, ...]] = {
     "gravity": ("gravity_sine", "gravity_cosine"),
     "spring": ("spring",),

@@ -17,18 +17,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import optimize, signal
 
-__all__ = [
-    "FEWEST_ROWS",
-    "PLAIN_TERMS",
-    "TERMS",
-    "FilteredLog",
-    "MotionRows",
-    "ReferenceFit",
-    "find_delay",
-    "fit_rows",
-    "relative_error",
-]
-
 PLAIN_TERMS = ("inertia", "viscous_friction", "coulomb_friction", "offset")
 """The terms that every reference fit has."""
 

@@ -25,16 +25,6 @@ from studies.real_axes.reference import (
     relative_error,
 )
 
-__all__ = [
-    "NO_WORSE",
-    "Agreement",
-    "Judgement",
-    "Outcome",
-    "judge",
-    "repeats_agree",
-    "split_index",
-]
-
 NO_WORSE = 1.05
 """Largest ratio of an estimate's prediction error to that of least squares with the same terms that
 counts as "no worse" [-]; the cutoff of the reference changes it by about 5 %."""

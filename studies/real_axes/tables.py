@@ -11,8 +11,6 @@ import stickslip
 from studies.real_axes.contents import Contents
 from studies.real_axes.study import NO_WORSE, Agreement, Judgement, Outcome, repeats_agree
 
-__all__ = ["SCHEMA_VERSION", "contents_table", "page", "results", "summary", "write_whole"]
-
 SCHEMA_VERSION = 1
 
 _SHORT = {

@@ -14,8 +14,6 @@ from stickslip.records import AxisLog, FrictionEstimate
 from stickslip.simulation import PlantStepper
 from studies.real_logs.motion import acting_effort, smooth_motion
 
-__all__ = ["DIRECTIONS", "PUBLISHED", "AxisLaw"]
-
 _HALF_SAMPLE = 0.5
 _SIDES = ("positive", "negative")
 _SIMULATED = ("viscous_friction", "coulomb_friction", "offset", "low_speed", "ripple")

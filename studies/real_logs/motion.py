@@ -18,8 +18,6 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.records import AxisLog
 
-__all__ = ["SmoothMotion", "acting_effort", "smooth_motion"]
-
 _ORDER = 4
 _SETTLING = 5.0  # periods of the cutoff that are left out at the start, as published
 _REST = 2.0  # periods of the cutoff: a reversal passes low speeds faster

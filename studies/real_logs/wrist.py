@@ -23,8 +23,6 @@ from stickslip.estimation.fit.intervals import robust_uncertainty, t_quantile
 from stickslip.records import AxisLog
 from studies.real_logs.motion import SmoothMotion, smooth_motion
 
-__all__ = ["NAMES", "CoupledFit", "fit_coupled_joints"]
-
 NAMES = (
     "inertia_1", "inertia_2", "inertia_12",
     "viscous_friction_1", "coulomb_friction_1",

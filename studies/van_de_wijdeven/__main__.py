@@ -25,8 +25,6 @@ from studies.van_de_wijdeven.records import (
     PulseReproduction,
 )
 
-__all__ = ["main"]
-
 _COMMAND = "python -m studies.van_de_wijdeven"
 _RUNS, _AXES, _ARMS = 20, 400, 2
 _BAD_INPUT, _INTERRUPTED = 2, 130  # exit codes, as of the command line of stickslip

@@ -13,14 +13,6 @@ from stickslip.tasks.json_file import json_text
 from studies.van_de_wijdeven.page import picture, reproduction_page
 from studies.van_de_wijdeven.records import Reproduction
 
-__all__ = [
-    "Progress",
-    "Reproduced",
-    "checked_workers",
-    "counted",
-    "write_reproduction",
-]
-
 Progress = Callable[[int, int], None]
 """Called with the number of pieces of work that are done, and of all."""
 

@@ -9,8 +9,6 @@ from stickslip.records import quantity_field
 from stickslip.simulation import Sensors
 from studies.van_de_wijdeven.conjunction.random_arms import RandomArm
 
-__all__ = ["BOUND", "CASES", "EXACT", "NOISY", "WRONG", "Case"]
-
 BOUND = 1e-5
 """Both masses are to stay within this part of the move of their target, without noise [-]."""
 _NOISE_BOUND = 3.0

@@ -18,8 +18,6 @@ from studies.van_de_wijdeven.conjunction.series import SeriesEvidence
 from studies.van_de_wijdeven.conjunction.setting import MOVE, TARGETS
 from studies.van_de_wijdeven.records import SuccessiveSeries
 
-__all__ = ["CONJUNCTION_CLAIMS", "Evidence"]
-
 _PLACE = "Concluding remarks"
 _MORE = 1.0 + 1e-9  # ratio from which a value is larger than another
 

@@ -25,16 +25,6 @@ from studies.van_de_wijdeven.conjunction.random_arms import SAMPLING_TIME, Rando
 from studies.van_de_wijdeven.conjunction.scoring import ARRIVAL, WATCH, Leg, Rival
 from studies.van_de_wijdeven.conjunction.zero_vibration import ZeroVibrationController
 
-__all__ = [
-    "FASTEST",
-    "HOW_COMPARED",
-    "LANDING",
-    "RIVALS",
-    "PIDTuning",
-    "ZeroVibrationTuning",
-    "landing_controller",
-]
-
 LANDING = "landing"
 """Name of the controller that is to beat the others."""
 

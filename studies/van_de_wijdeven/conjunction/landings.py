@@ -25,16 +25,6 @@ from studies.van_de_wijdeven.conjunction.setting import (
     unknown_friction,
 )
 
-__all__ = [
-    "FEEDBACK",
-    "LANDING_PIECES",
-    "RIGID",
-    "Estimates",
-    "Landing",
-    "LandingEvidence",
-    "gather_landings",
-]
-
 FEEDBACK, RIGID = "PD and notch", "PAPWC, as if rigid"
 """Of the rivals, those that the source speaks of."""
 _CASES = (EXACT, NOISY)

@@ -8,8 +8,6 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import quantity_field
 
-__all__ = ["EFFORT_LIMIT", "SAMPLING_TIME", "RandomArm", "random_arms"]
-
 SAMPLING_TIME = 0.02
 """[s]: the fastest arm swings with 3 rad/s on a held mass 1 and 4.2 rad/s on a free one, at which
 75 samples make a period."""

@@ -16,17 +16,6 @@ from studies.van_de_wijdeven.conjunction.cases import Case
 from studies.van_de_wijdeven.conjunction.random_arms import SAMPLING_TIME, RandomArm
 from studies.van_de_wijdeven.records import LandingScore, Spread
 
-__all__ = [
-    "ARRIVAL",
-    "WATCH",
-    "Leg",
-    "MoveOutcome",
-    "Rival",
-    "landed_moves",
-    "rival_moves",
-    "score",
-]
-
 ARRIVAL = 200.0
 """Time to arrive [s]: ten times what most moves take."""
 WATCH = 20.0

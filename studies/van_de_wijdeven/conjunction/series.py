@@ -19,8 +19,6 @@ from studies.van_de_wijdeven.conjunction.setting import (
 )
 from studies.van_de_wijdeven.records import FrictionErrorEffect, ReferenceSeries, SuccessiveSeries
 
-__all__ = ["SERIES_PIECES", "Planned", "SeriesEvidence", "gather_series"]
-
 _REST = (0.0, 0.0, 0.0, 0.0)
 _AFTER = 8.0  # simulated after a series: more than a swing of mass 2 [s]
 _WAIT = 0.1  # for a better instant, where no series begins now [s]

@@ -5,20 +5,6 @@ from stickslip.plants import FlexibleArm
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.conjunction.cases import BOUND, NOISY
 
-__all__ = [
-    "EFFORT_LIMIT",
-    "FRICTION",
-    "MOVE",
-    "REFERENCE_LIMIT",
-    "REFERENCE_TIME",
-    "SETTING",
-    "TARGETS",
-    "TIME",
-    "reference_arm",
-    "setting_values",
-    "unknown_friction",
-]
-
 TARGETS = (1.0, 0.0)
 """Of the landings, one after the other [m]."""
 TIME = 40.0

@@ -23,8 +23,6 @@ from studies.van_de_wijdeven.conjunction.scoring import (
 )
 from studies.van_de_wijdeven.records import LandingScore
 
-__all__ = ["ArmOutcomes", "arm_outcomes", "landing_scores", "scores_of", "shortest_times"]
-
 _RIVAL_CASES = (EXACT, NOISY, WRONG)
 
 

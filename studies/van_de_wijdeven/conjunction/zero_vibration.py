@@ -15,8 +15,6 @@ from stickslip.control.feedback.reference import PointToPoint, Reference, refere
 from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import InputError, SensorSample, positive, quantity_field
 
-__all__ = ["ZeroVibrationController"]
-
 (
     _SAMPLING_TIME,
     _MASS_1,

@@ -14,8 +14,6 @@ from studies.van_de_wijdeven.records import (
     SuccessiveSeries,
 )
 
-__all__ = ["conjunction_sections"]
-
 
 def conjunction_sections(reproduction: ConjunctionReproduction) -> tuple[Section, ...]:
     """Return what stands on the page of the conjunction between claims and figures."""

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 from stickslip.presentation.page import Markup, Section
 
-__all__ = ["prose", "row", "section", "wide"]
-
 _SYMBOL = re.compile(r"\b([A-Za-zÂσ]\u0302?)_([a-z]+\d?(?:,max)?|\d)")
 
 

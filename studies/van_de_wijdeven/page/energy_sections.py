@@ -10,8 +10,6 @@ from stickslip.records import parameter_label, unit_of, unit_text
 from studies.van_de_wijdeven.page.dense import row, section, wide
 from studies.van_de_wijdeven.records import EnergyReproduction, FiveRuns, VariantScore
 
-__all__ = ["energy_sections"]
-
 
 def energy_sections(reproduction: EnergyReproduction) -> tuple[Section, ...]:
     """Return what stands on the page of part A between claims and figures."""

@@ -20,8 +20,6 @@ from studies.van_de_wijdeven.records import (
     Reproduction,
 )
 
-__all__ = ["reproduction_page"]
-
 _PARTS = {"A": "part A", "B": "part B", "conjunction": "concluding remarks"}
 
 

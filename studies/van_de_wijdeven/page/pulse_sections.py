@@ -19,8 +19,6 @@ from studies.van_de_wijdeven.records import (
     ResolutionScore,
 )
 
-__all__ = ["pulse_sections"]
-
 _SYMBOLS = {"pulse_effort": "f_p"}  # of values of Table 1 that are no quantities of an axis
 _ESTIMATES = {"pulse_gain": "b̂", "coulomb_friction": "f̂_c"}
 _WORDS = ' class="words"'

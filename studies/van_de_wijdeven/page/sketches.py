@@ -8,8 +8,6 @@ from studies.van_de_wijdeven.records import Sketch
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw_sketch"]
-
 _LETTERS = 15  # points
 _GROUND = (0.6, 9.4)  # from left to right; the drawing is 10 wide, as all lengths here
 _MASS = (3.6, 1.0, 2.8, 1.5)  # left, bottom, width, height

@@ -7,16 +7,6 @@ from stickslip.estimation import EnergyEstimator, PublishedEnergyEstimator
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.loops import FORGETTING_FACTOR, INITIAL_VARIANCE
 
-__all__ = [
-    "CASES",
-    "PRINTED_COMPENSATED",
-    "VARIANTS",
-    "Case",
-    "Variant",
-    "published_estimator",
-    "robust_estimator",
-]
-
 Form = Literal["printed", "settled"]
 
 _HALF = 0.5  # the source's wrong standard deviations are 50 % of the true ones

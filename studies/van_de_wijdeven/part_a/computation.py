@@ -19,8 +19,6 @@ from studies.van_de_wijdeven.writing import (
     write_reproduction,
 )
 
-__all__ = ["reproduce_part_a"]
-
 _FEWEST_RUNS = 5
 _STREAM = 2  # of the seeds; sequences and the Monte Carlo study have their own
 

@@ -7,8 +7,6 @@ import numpy as np
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.runs import Run
 
-__all__ = ["NoiseEffects", "noise_effects"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseEffects:

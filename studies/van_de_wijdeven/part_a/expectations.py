@@ -16,8 +16,6 @@ from studies.van_de_wijdeven.part_a.noise_compensation import (
 )
 from studies.van_de_wijdeven.records import Curve, CurveRole, Panel, ReproducedFigure
 
-__all__ = ["AbsoluteValue", "absolute_value", "expectation_figures"]
-
 _RANGE = 3.0  # standard deviations up to which the source's polynomials hold
 _POINTS = 601
 _DRAWS = 200_000  # enough to tell 0.002 standard deviations

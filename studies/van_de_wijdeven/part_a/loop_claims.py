@@ -10,8 +10,6 @@ from studies.van_de_wijdeven.part_a.evidence import Evidence
 from studies.van_de_wijdeven.part_a.judging import VERY_CLOSE, Quantity, Row, both, final, spread
 from studies.van_de_wijdeven.part_a.runs import LOOPS, Loop
 
-__all__ = ["LOOP_CLAIMS"]
-
 _LESS = 1.0 - 1e-9  # ratio up to which a value is smaller than another
 _STABLE = 1.25  # by which an ITSE may differ
 _NOISY = {

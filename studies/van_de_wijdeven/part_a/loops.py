@@ -15,14 +15,6 @@ from stickslip.control import (
 from stickslip.estimation import PublishedEnergyEstimator
 from stickslip.tasks import surrogate
 
-__all__ = [
-    "FORGETTING_FACTOR",
-    "INITIAL_VARIANCE",
-    "LOOPS_SETTING",
-    "feedback_controller",
-    "setting_values",
-]
-
 # Of the source's recursion: P(0) = INITIAL_VARIANCE I whatever the parameters' units.
 INITIAL_VARIANCE = 1e3
 FORGETTING_FACTOR = 1.0

@@ -16,8 +16,6 @@ from studies.van_de_wijdeven.part_a.effects import NoiseEffects, noise_effects
 from studies.van_de_wijdeven.part_a.runs import LOOPS, Loop, one_run
 from studies.van_de_wijdeven.records import VariantScore
 
-__all__ = ["ASSUMED", "NOISES", "ROBUST_OFFLINE", "ROBUST_ONLINE", "Study", "monte_carlo"]
-
 NOISES = (0.5, 1.0, 2.0)
 """Noise of the sensors, over that of the surrogate values [-]."""
 

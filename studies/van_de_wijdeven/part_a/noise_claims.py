@@ -16,8 +16,6 @@ from studies.van_de_wijdeven.part_a.noise_compensation import (
 )
 from studies.van_de_wijdeven.part_a.runs import Loop
 
-__all__ = ["NOISE_CLAIMS", "deviation"]
-
 _CONFIDENCE = 0.999  # of a mean over runs, so that a true expectation is hardly ever refused
 _SPREADS = 3.5  # standard errors of a mean of very many draws that pass as chance
 _FITTED = 0.02  # error of a good polynomial [sigma]

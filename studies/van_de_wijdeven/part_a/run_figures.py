@@ -10,8 +10,6 @@ from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.runs import Loop, Trace, itse
 from studies.van_de_wijdeven.records import Curve, CurveRole, FiveRuns, Panel, ReproducedFigure
 
-__all__ = ["five_run_table", "run_figures"]
-
 Traces = Mapping[tuple[Loop, str], Trace]
 
 _PAIRS = (("clean", "noisy"), ("full", "wrong"), ("terms", "wrong-terms"))

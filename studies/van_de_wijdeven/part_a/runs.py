@@ -14,8 +14,6 @@ from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.cases import Case
 from studies.van_de_wijdeven.part_a.loops import feedback_controller
 
-__all__ = ["LOOPS", "RUNS_IN_A_ROW", "Loop", "Run", "Trace", "five_runs", "itse", "one_run"]
-
 Loop = Literal["feedforward", "feedback"]
 LOOPS: tuple[Loop, ...] = ("feedforward", "feedback")
 RUNS_IN_A_ROW = 5

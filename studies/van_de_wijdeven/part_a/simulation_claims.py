@@ -17,8 +17,6 @@ from studies.van_de_wijdeven.part_a.judging import (
     spread,
 )
 
-__all__ = ["SIMULATION_CLAIMS"]
-
 _LOOP = "feedforward"
 _LARGER = 1.0 + 1e-9  # ratio from which a value is larger than another
 

@@ -20,25 +20,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     TOLERANCE,
 )
 
-__all__ = [
-    "APPLIED",
-    "BOUNDED",
-    "CALCULATED",
-    "CASES",
-    "COVARIANCE",
-    "KEYS",
-    "LARGE",
-    "PAPWC",
-    "PWC",
-    "READINGS",
-    "SMALL",
-    "UNBOUNDED",
-    "Case",
-    "Key",
-    "papwc",
-    "pwc",
-]
-
 PWC = "PWC"
 PAPWC = "PAPWC"
 UNBOUNDED, BOUNDED = None, LONGEST_PULSE

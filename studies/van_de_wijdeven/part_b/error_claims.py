@@ -22,8 +22,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     TOLERANCE,
 )
 
-__all__ = ["ERROR_CLAIMS"]
-
 _LEAST = 1e-9  # a time, length or speed below every one here [SI]
 _RESTING = 50  # samples at the end of a run
 

@@ -26,8 +26,6 @@ from studies.van_de_wijdeven.part_b.judging import (
 from studies.van_de_wijdeven.part_b.runs import Series
 from studies.van_de_wijdeven.part_b.setting import PULSE_EFFORT, SAMPLING_TIME, START_ERROR
 
-__all__ = ["ESTIMATE_CLAIMS"]
-
 _LEAST = 1e-9  # a share below every one here
 _HARDLY = 0.01  # change of an estimate that counts as almost none, of it
 _LARGE_PULSE = 0.2  # of the start error, from which a pulse counts as large

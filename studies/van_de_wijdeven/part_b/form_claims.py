@@ -26,8 +26,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     TOLERANCE,
 )
 
-__all__ = ["FORM_CLAIMS"]
-
 _SAME = 0.01  # of two displacements that count as the same
 _EXACT = 1e-6  # relative; of two solutions of the same least squares, with P(0) up to 1e5
 _ONE_SHAPE = 6  # pulses of run 1 with the bound before the error is below it: all alike

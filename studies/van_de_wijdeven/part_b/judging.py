@@ -8,18 +8,6 @@ from studies.van_de_wijdeven.part_b.evidence import Evidence
 from studies.van_de_wijdeven.part_b.runs import Series
 from studies.van_de_wijdeven.part_b.setting import RUNS_IN_A_ROW
 
-__all__ = [
-    "BOUNDS",
-    "FIRST",
-    "LAST",
-    "RUNS",
-    "Quantity",
-    "Row",
-    "by_bound",
-    "by_controller",
-    "by_reading",
-]
-
 FIRST, LAST = 0, RUNS_IN_A_ROW - 1
 RUNS = range(RUNS_IN_A_ROW)
 BOUNDS = ("no bound", "with the bound")

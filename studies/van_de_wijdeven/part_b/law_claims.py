@@ -21,8 +21,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     report_plant,
 )
 
-__all__ = ["LAW_CLAIMS"]
-
 _SAME = 1e-9  # relative; of formulas and an exact simulation, whose rounding is far below
 _WIDTHS = (1, 3, 9)  # samples
 _COAST = 1.0  # after a pulse, long enough to come to rest [s]

@@ -9,8 +9,6 @@ from studies.van_de_wijdeven.part_b.setting import (
 )
 from studies.van_de_wijdeven.records import PrintedNumber
 
-__all__ = ["FAR", "NEAR", "printed_numbers", "width_by_gain"]
-
 FAR = 0.01
 """The displacement of Figure 1's example [m]."""
 NEAR = 0.002

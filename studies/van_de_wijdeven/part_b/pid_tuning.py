@@ -16,8 +16,6 @@ from studies.van_de_wijdeven.part_b.setting import SAMPLING_TIME, TOLERANCE
 from studies.van_de_wijdeven.part_b.trials import study
 from studies.van_de_wijdeven.records import ControllerScore
 
-__all__ = ["FASTEST", "LEAST_MARGIN", "PIDTuning", "tune"]
-
 _REST = 5.0  # standard deviations of the differentiated noise
 _REST_SAMPLES = 2
 

@@ -7,8 +7,6 @@ from studies.van_de_wijdeven.part_b.evidence import Evidence
 from studies.van_de_wijdeven.part_b.judging import FIRST, LAST, Quantity, Row, by_bound, by_reading
 from studies.van_de_wijdeven.part_b.runs import Series
 
-__all__ = ["PULSE_CLAIMS"]
-
 
 def _count(series: Series, run: int) -> int:
     return len(series.runs[run].pulses)

@@ -10,8 +10,6 @@ from stickslip.plants import SingleMass
 from stickslip.records import quantity_field
 from studies.van_de_wijdeven.part_b.setting import COULOMB_FRICTION, MASS, VISCOUS_FRICTION
 
-__all__ = ["ENCODER_STEP", "POSITION_NOISE", "SAMPLE_NOISE", "RandomAxis", "random_axes"]
-
 _FACTOR = 2.0
 """Mass, Coulomb and viscous friction lie between Table 1 over this and times this [-]."""
 _STATIC = (1.05, 1.5)

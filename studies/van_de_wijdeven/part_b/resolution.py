@@ -24,8 +24,6 @@ from studies.van_de_wijdeven.part_b.setting import (
 )
 from studies.van_de_wijdeven.records import ResolutionScore
 
-__all__ = ["resolution_pieces", "resolution_scores"]
-
 _WINDOW = 10  # samples in which rest is looked for
 _LONGEST = 2000  # samples of a run, as many as the most pulses take
 _GUESS = 0.3  # of the friction: the first guess is wrong by up to this part

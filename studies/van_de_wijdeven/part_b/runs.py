@@ -17,8 +17,6 @@ from studies.van_de_wijdeven.part_b.setting import (
 )
 from studies.van_de_wijdeven.records import CarriedRuns
 
-__all__ = ["Series", "carried", "one_run", "series_of"]
-
 _END = (
     0.5  # of a run, in which its final error is looked for: an axis that cycles is never there [s]
 )

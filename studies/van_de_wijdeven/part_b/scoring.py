@@ -17,15 +17,6 @@ from studies.van_de_wijdeven.part_b.random_axes import (
 from studies.van_de_wijdeven.part_b.setting import SAMPLING_TIME, TOLERANCE
 from studies.van_de_wijdeven.records import ControllerScore
 
-__all__ = [
-    "ARRIVAL",
-    "WATCH",
-    "AxisOutcome",
-    "Make",
-    "outcome_on",
-    "score",
-]
-
 ARRIVAL = 40.0
 """Time to arrive [s]: ten times what most controllers need."""
 WATCH = 20.0

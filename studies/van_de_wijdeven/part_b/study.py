@@ -14,8 +14,6 @@ from studies.van_de_wijdeven.part_b.random_axes import random_axes
 from studies.van_de_wijdeven.part_b.trials import study, tasks
 from studies.van_de_wijdeven.records import ControllerScore
 
-__all__ = ["controller_scores", "pieces"]
-
 
 def controller_scores(
     axes: int, seed: int, *, workers: int, advance: Callable[[], None]

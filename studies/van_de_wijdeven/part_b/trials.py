@@ -8,8 +8,6 @@ from studies.van_de_wijdeven.part_b.random_axes import RandomAxis
 from studies.van_de_wijdeven.part_b.scoring import WATCH, AxisOutcome, Make, outcome_on, score
 from studies.van_de_wijdeven.records import ControllerScore
 
-__all__ = ["study", "tasks"]
-
 _CHUNK = 25  # axes a task: so many that handing out tasks costs nothing
 
 

@@ -19,8 +19,6 @@ from studies.van_de_wijdeven.part_b.judging import (
 from studies.van_de_wijdeven.part_b.runs import Series
 from studies.van_de_wijdeven.part_b.setting import PULSE_EFFORT, SAMPLING_TIME, TOLERANCE
 
-__all__ = ["WIDTH_CLAIMS"]
-
 _CYCLE = 4  # last pulses of a run, over which a limit cycle goes to and fro
 _LEAST = 1e-9  # a length or share below every one here
 

@@ -10,13 +10,6 @@ from stickslip.records import quantity_field
 from studies.van_de_wijdeven.records.landing_score import LandingScore
 from studies.van_de_wijdeven.records.reproduction import Reproduction
 
-__all__ = [
-    "ConjunctionReproduction",
-    "FrictionErrorEffect",
-    "ReferenceSeries",
-    "SuccessiveSeries",
-]
-
 _LEGEND = {
     "reference_series": "series that take the arm of the reference points 1 m from rest to rest",
     "reference_series.expected_duration": "the duration to be reached [s]",

@@ -10,8 +10,6 @@ from jaxtyping import Float
 
 from studies.van_de_wijdeven.records.reproduction import Reproduction
 
-__all__ = ["EnergyReproduction", "FiveRuns", "VariantScore"]
-
 Loop = Literal["feedforward", "feedback"]
 
 _LEGEND = {

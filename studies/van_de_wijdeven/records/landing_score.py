@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["LandingScore", "Spread"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:

@@ -11,14 +11,6 @@ from jaxtyping import Bool, Float, Int
 
 from studies.van_de_wijdeven.records.reproduction import Reproduction
 
-__all__ = [
-    "CarriedRuns",
-    "ControllerScore",
-    "PrintedNumber",
-    "PulseReproduction",
-    "ResolutionScore",
-]
-
 _LEGEND = {
     "printed_numbers.printed": "the number as the source prints it",
     "printed_numbers.same_digits": "whether ours, rounded to the digits that the source prints, "

@@ -11,17 +11,6 @@ from jaxtyping import Float
 
 from stickslip.presentation.words import prefixed
 
-__all__ = [
-    "Claim",
-    "Curve",
-    "CurveRole",
-    "Measure",
-    "Panel",
-    "ReproducedFigure",
-    "Reproduction",
-    "Sketch",
-]
-
 REPRODUCTION_SCHEMA = 2
 
 _LEGEND = {
