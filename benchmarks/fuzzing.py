@@ -150,14 +150,7 @@ def _child(pipe: int, numbers: range, samples: Mapping[str, bytes], seed: int) -
 def fuzz(samples: Mapping[str, bytes], mutations: int, seed: int) -> Iterator[Outcome]:
     """Read damaged files of samples; yield the outcome so far after each group of them.
 
-    Parameters
-    ----------
-    samples
-        Contents by the names of the files, the endings of which say the format.
-    mutations
-        How many files.
-    seed
-        Of the damages; file ``k`` is the same whatever the number of files.
+    The endings of the names say the formats. File ``k`` is the same whatever the number of files.
     """
     os.environ["ARROW_DEFAULT_MEMORY_POOL"] = "system"
     with warnings.catch_warnings():

@@ -52,14 +52,7 @@ class Row:
 class Rows:
     """Collects rows, with a mark on the progress bar for each.
 
-    Parameters
-    ----------
-    progress
-        Where the bar is.
-    title
-        What it says before the first row.
-    total
-        Number of rows to come.
+    ``title`` is what the bar says before the first row, ``total`` the number of rows to come.
     """
 
     def __init__(self, progress: Progress, title: str, total: int) -> None:

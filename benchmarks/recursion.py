@@ -169,14 +169,7 @@ def _report_estimator(parameters: int) -> PublishedEnergyEstimator:
 def compare_recursion(progress: Progress, parameters: int, *, repetitions: int = 20) -> Comparison:
     """Solve the same rows by recursive least squares, ours and others'.
 
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    parameters
-        2, or 4 with B and S.
-    repetitions
-        Of each measurement of ours; others are repeated half as often.
+    There are 2 parameters, or 4 with B and S. Others are measured half as often as ours.
     """
     problem = _problem(parameters)
     n, p = problem.rows.shape

@@ -64,12 +64,8 @@ class Outcome:
 def logs_of(seed: int, *, more_coulomb: float = 0.0) -> tuple[list[AxisLog], Setup, list[float]]:
     """Return three logs of one axis, the axis, and the delay of the effort of each log [s].
 
-    Parameters
-    ----------
-    seed
-        Of the set.
-    more_coulomb
-        Coulomb friction of the second log over that of the others, less one [-].
+    ``more_coulomb`` is the Coulomb friction of the second log over that of the others, less one
+    [-].
     """
     rng = np.random.default_rng([seed, 2718])
     kind: Kind = "linear" if seed % 2 == 0 else "rotary"
@@ -115,15 +111,7 @@ def logs_of(seed: int, *, more_coulomb: float = 0.0) -> tuple[list[AxisLog], Set
 
 
 def outcome_of(seed: int, *, more_coulomb: float = 0.0) -> Outcome:
-    """Return the result of one set of logs.
-
-    Parameters
-    ----------
-    seed
-        Of the set.
-    more_coulomb
-        As `logs_of` takes it.
-    """
+    """Return the result of one set of `logs_of`."""
     logs, axis, delays = logs_of(seed, more_coulomb=more_coulomb)
     joint = JointEstimator().fit(logs)
     singles = [SelectedModelEstimator().fit(log) for log in logs]
@@ -170,13 +158,7 @@ def _value(estimate: FrictionEstimate, name: str) -> tuple[float, float]:
 
 
 def table(same: Sequence[Outcome], different: Sequence[Outcome]) -> str:
-    """Return the results as a table in Markdown.
-
-    Parameters
-    ----------
-    same, different
-        Results of sets with equal friction, and of sets whose second log has more.
-    """
+    """Return the results of sets with equal and with different friction as a table in Markdown."""
     ok = [run for run in same if run.status is Status.OK]
     inside = np.array([list(run.inside) for run in ok if None not in run.inside], dtype=bool)
     ratio = np.array([run.std_ratio for run in ok])

@@ -97,13 +97,7 @@ def _rounding_noise(recorded: Recorded) -> NoiseLevels:
 
 
 def run(job: tuple[str, int]) -> Run:
-    """Record and identify one log.
-
-    Parameters
-    ----------
-    job
-        Case and seed.
-    """
+    """Record and identify the log of a case and a seed."""
     recorded = record(*job)
     start = time.process_time()
     estimate = ProcessNoiseLikelihoodEstimator().fit(recorded.log)

@@ -36,12 +36,7 @@ NORMAL_95 = 1.959963984540054
 def relative_bounds(recorded: Recorded) -> Float[np.ndarray, " 4"]:
     """Return the standard deviations of mass, viscous, Coulomb friction and offset over the truth.
 
-    The offset is compared with Coulomb friction.
-
-    Parameters
-    ----------
-    recorded
-        A log of a noise case.
+    The log is one of a noise case. The offset is compared with Coulomb friction.
     """
     run, setup, plant = recorded.run, recorded.setup, physical(recorded.setup)
     velocity = 0.5 * (run.velocity[1:] + run.velocity[:-1])
@@ -65,10 +60,7 @@ def relative_bounds(recorded: Recorded) -> Float[np.ndarray, " 4"]:
 def unavoidable_rate(bounds: Sequence[Float[np.ndarray, " 4"]]) -> float:
     """Return the mean rate of critical results with exact 95 % intervals [-].
 
-    Parameters
-    ----------
-    bounds
-        Relative standard deviations of each log.
+    The bounds are those of each log.
     """
     beyond = np.maximum(NORMAL_95, LARGE_ERROR / np.array(bounds))
     return float(np.mean(1.0 - np.prod(1.0 - 2.0 * norm.sf(beyond), axis=1)))

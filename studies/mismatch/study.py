@@ -52,14 +52,7 @@ class Study:
 def run_study(study: Study) -> tuple[list[dict[str, Any]], bool]:
     """Run a study with a progress bar.
 
-    Parameters
-    ----------
-    study
-        Its cases and options.
-
-    Returns
-    -------
-    The runs that ended, in the order of the tasks, and whether these are all.
+    Return the runs that ended, in the order of the tasks, and whether these are all.
     """
     runs: list[dict[str, Any]] = []
     columns = (
@@ -133,21 +126,7 @@ def _pool(processes: int) -> ProcessPoolExecutor:
 def save(
     folder: Path, study: Study, runs: Sequence[Mapping[str, Any]], *, complete: bool, command: str
 ) -> tuple[Path, Path]:
-    """Write ``results.json`` and ``table.md``.
-
-    Parameters
-    ----------
-    folder
-        Folder of the files; made if it does not exist.
-    study, runs, complete
-        The study, its runs, and whether these are all.
-    command
-        Command line, for the record.
-
-    Returns
-    -------
-    Both files.
-    """
+    """Write ``results.json`` and ``table.md``, with the command line, and return both files."""
     import stickslip
 
     summary = summarize(runs)

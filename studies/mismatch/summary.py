@@ -37,17 +37,7 @@ def wilson(count: int, total: int) -> tuple[float, float]:
 
 
 def summarize(runs: Sequence[Run]) -> dict[str, Any]:
-    """Return the summary of every case that has runs, and of all runs together.
-
-    Parameters
-    ----------
-    runs
-        As `judgement.judge_run` returns them.
-
-    Returns
-    -------
-    ``cases``: by name; ``all``: the same numbers over all cases.
-    """
+    """Return the summary of every case that has runs, ``cases``, and of all together, ``all``."""
     cases = {
         name: _summary([run for run in runs if run["case"] == name])
         for name in CASES
@@ -114,11 +104,6 @@ def nominal_rate(parameters: Iterable[Mapping[str, float]]) -> float:
     """Return the probability of a critical result with intervals of exactly 95 % [-].
 
     The intervals have the reported widths. Errors are taken as normal and independent.
-
-    Parameters
-    ----------
-    parameters
-        Value, truth, relative error and interval of each.
     """
     kept = 1.0
     for each in parameters:
@@ -196,15 +181,7 @@ def _pooled(case: Mapping[str, Any], part: str, value: str) -> float | None:
 
 
 def markdown(summary: Mapping[str, Any], title: str) -> str:
-    """Return the summary as Markdown tables.
-
-    Parameters
-    ----------
-    summary
-        As `summarize` returns it.
-    title
-        First line.
-    """
+    """Return what `summarize` returned as Markdown tables below a title."""
     lines = [
         f"# {title}",
         "",

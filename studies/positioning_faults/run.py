@@ -105,16 +105,7 @@ class Outcome:
 def axes(count: int, seed: int, *, method: str, sampling_time: float, ratio: float) -> list[Axis]:
     """Draw axes around that of van de Wijdeven (2002), part B, Table 1.
 
-    Parameters
-    ----------
-    count, seed
-        How many, and of the generator.
-    method
-        Of the controller.
-    sampling_time
-        [s].
-    ratio
-        Effort limit over Coulomb friction [-].
+    ``ratio`` is the effort limit over Coulomb friction [-].
     """
     generator = np.random.default_rng(seed)
     drawn: list[Axis] = []
@@ -171,18 +162,9 @@ def arms(
     duration: float = 100.0,
     sampling_time: float = 0.02,
 ) -> list[Axis]:
-    """Draw arms around that of van de Wijdeven (2002), part A; two moves each.
+    """Draw arms around that of van de Wijdeven (2002), part A; two moves each of a duration [s].
 
-    Parameters
-    ----------
-    count, seed
-        How many, and of the generator.
-    known
-        Whether friction is known within 5 %; otherwise nothing is known of it.
-    method
-        Of the controller.
-    duration, sampling_time
-        Of a move, and of the controller [s].
+    ``known`` is whether friction is known within 5 %; otherwise nothing is known of it.
     """
     generator = np.random.default_rng(seed)
     drawn: list[Axis] = []

@@ -168,13 +168,7 @@ def _print_claims(console: Console, claims: Sequence[Claim]) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit code: 0 done, 2 bad input, 130 interrupted.
-
-    Parameters
-    ----------
-    arguments
-        The words behind the command; None takes those of the process.
-    """
+    """Run the command and return its exit code: 0 done, 2 bad input, 130 interrupted."""
     try:
         command, bound, _ = app.parse_args(
             sys.argv[1:] if arguments is None else arguments,

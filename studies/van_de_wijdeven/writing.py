@@ -44,15 +44,7 @@ def checked_workers(workers: int | None) -> int:
 
 
 def counted(progress: Progress, pieces: int) -> Callable[[], None]:
-    """Return a function to call after each piece of work, which reports how many are done.
-
-    Parameters
-    ----------
-    progress
-        Called with the number of pieces that are done, and of all.
-    pieces
-        Number of all.
-    """
+    """Return a function to call after each piece of work, which reports how many are done."""
     done = count(1)
     return lambda: progress(next(done), pieces)
 
@@ -62,20 +54,8 @@ def write_reproduction(
 ) -> Reproduced:
     """Compute a reproduction and write its page, its numbers and its pictures, all or none.
 
-    Parameters
-    ----------
-    folder
-        Where the files go; made if it is missing. That they can be written there is found out
-        before anything is computed.
-    name
-        Of the page and of the numbers, without their endings.
-    compute
-        What makes the reproduction.
-
-    Raises
-    ------
-    InputError
-        If no folder is named, or nothing can be written in it.
+    The folder is made if it is missing; that files can be written there is found out before
+    anything is computed. ``name`` is that of the page and of the numbers, without their endings.
     """
     if not str(folder):
         raise InputError("missing", name="out", unit="")

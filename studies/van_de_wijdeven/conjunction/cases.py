@@ -27,13 +27,7 @@ class Case:
     parameter_error: float = 0.0
 
     def bound(self, move: float) -> float:
-        """Return within which distance of the target both masses are to stay [m].
-
-        Parameters
-        ----------
-        move
-            Its length [m].
-        """
+        """Return the distance of the target within which both masses are to stay [m]."""
         return max(BOUND * move, _NOISE_BOUND * self.position_noise)
 
     def sensors(self) -> Sensors:
@@ -44,11 +38,6 @@ class Case:
         """Return the arm with masses and spring as they are guessed; its friction is the truth.
 
         Each is too large or too small by the error, as the seed of the arm has it.
-
-        Parameters
-        ----------
-        arm
-            The truth.
         """
         generator = np.random.default_rng((arm.seed, 1))  # not that of the noise
         wrong = 1.0 + self.parameter_error * generator.choice((-1.0, 1.0), 3)

@@ -40,13 +40,7 @@ FASTEST = 2.0 * pi * 0.1 / SAMPLING_TIME
 
 
 def landing_controller(arm: RandomArm, case: Case) -> LandingController:
-    """Return the controller that lands the arm on its first target, then on the others.
-
-    Parameters
-    ----------
-    arm, case
-        Which, and under which conditions.
-    """
+    """Return the controller that lands the arm on its first target, then on the others."""
     guessed, guess = case.guessed(arm), arm.guessed_friction
     first = {} if guess is None else {
         "coulomb_friction": guess.coulomb_friction_positive,

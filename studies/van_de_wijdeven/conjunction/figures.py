@@ -23,13 +23,7 @@ _FLOOR = -10.0  # of what is drawn as a power of ten
 def conjunction_figures(
     landings: LandingEvidence, series: SeriesEvidence
 ) -> tuple[ReproducedFigure, ...]:
-    """Return the five figures.
-
-    Parameters
-    ----------
-    landings, series
-        What was measured.
-    """
+    """Return the five figures."""
     return (
         _landing(landings.noisy),
         _flights(landings.noisy),

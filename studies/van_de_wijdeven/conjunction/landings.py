@@ -64,35 +64,17 @@ class Landing:
         return np.column_stack([each for each in columns if each is not None])
 
     def left(self, move: int) -> tuple[float, float]:
-        """Return what a move leaves: the error of mass 1, and the swing of mass 2 about it [m].
-
-        Parameters
-        ----------
-        move
-            0 or 1.
-        """
+        """Return what a move leaves: the error of mass 1, and the swing of mass 2 about it [m]."""
         x1, _, x2, v2 = self.states[round((move + 1) * TIME / SAMPLING_TIME)]
         swing = np.hypot(x2 - x1, v2 * sqrt(surrogate.MASS_2 / surrogate.STIFFNESS))
         return float(x1 - TARGETS[move]), float(swing)
 
     def at(self, time: float) -> Estimates:
-        """Return what was guessed at an instant.
-
-        Parameters
-        ----------
-        time
-            [s].
-        """
+        """Return the guesses at an instant [s]."""
         return next(each for each in reversed(self.estimates) if each.time <= time)
 
     def of_move(self, move: int) -> tuple[Phase, ...]:
-        """Return the phases of a move.
-
-        Parameters
-        ----------
-        move
-            0 or 1.
-        """
+        """Return the phases of move 0 or 1."""
         begin = move * TIME - 0.5 * SAMPLING_TIME
         return tuple(each for each in self.phases if begin <= each.start < begin + TIME)
 
@@ -147,15 +129,7 @@ class _Recorder:
 
 
 def gather_landings(seed: int, advance: Callable[[], None]) -> LandingEvidence:
-    """Land the arm, and let others try.
-
-    Parameters
-    ----------
-    seed
-        Of the noise.
-    advance
-        Called `LANDING_PIECES` times.
-    """
+    """Land the arm, and let others try; ``advance`` is called `LANDING_PIECES` times."""
     landings: list[Landing] = []
     for case in _CASES:
         landings.append(_landing(case, seed))

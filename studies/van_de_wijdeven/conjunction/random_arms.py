@@ -96,12 +96,5 @@ def random_arms(generator: np.random.Generator, n: int) -> list[RandomArm]:
     (uniform). Of half of the arms nothing is guessed of friction, of the others a Coulomb, a
     viscous and a static friction that are each wrong by up to 50 % (uniform). Two moves of 0.7 to
     1.3 m follow each other, either of them either way.
-
-    Parameters
-    ----------
-    generator
-        Where the arms come from.
-    n
-        How many.
     """
     return [_random_arm(generator) for _ in range(n)]

@@ -64,13 +64,7 @@ class SeriesEvidence:
 
 
 def gather_series(advance: Callable[[], None]) -> SeriesEvidence:
-    """Plan and simulate everything.
-
-    Parameters
-    ----------
-    advance
-        Called `SERIES_PIECES` times.
-    """
+    """Plan and simulate everything; ``advance`` is called `SERIES_PIECES` times."""
     planned: list[Planned] = []
     for samples, expected in _EXPECTED:
         planned.append(_planned(samples, expected))

@@ -66,13 +66,7 @@ def setting_values() -> dict[str, dict[str, tuple[float | tuple[float, ...], str
 
 
 def reference_arm(coulomb_friction: float = FRICTION) -> FlexibleArm:
-    """Return the arm of the reference points.
-
-    Parameters
-    ----------
-    coulomb_friction
-        [N].
-    """
+    """Return the arm of the reference points, with a Coulomb friction [N]."""
     return FlexibleArm(
         mass_1=surrogate.MASS_1,
         mass_2=surrogate.MASS_2,

@@ -171,13 +171,7 @@ class ZeroVibrationController:
         return s
 
     def shaped_at(self, times: ArrayLike) -> Reference:
-        """Return how the driven mass is to move.
-
-        Parameters
-        ----------
-        times
-            From the begin of the first move [s], shape (n,).
-        """
+        """Return the motion of the driven mass at times [s] from the begin of the first move on."""
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         table, moves = self.reference.table, len(self.reference.moves)
         r, v, a = _shaped_references(table, moves, self.delay, t)

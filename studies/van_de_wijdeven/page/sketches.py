@@ -15,15 +15,7 @@ _HATCHING = 0.22
 
 
 def draw_sketch(axes: "Axes", sketch: Sketch) -> None:
-    """Draw a system into empty axes.
-
-    Parameters
-    ----------
-    axes
-        Where; their frame is taken away.
-    sketch
-        Which system.
-    """
+    """Draw a system into empty axes, whose frame is taken away."""
     axes.set_axis_off()
     axes.set_aspect("equal")
     axes.set_xlim(0.0, 10.0)

@@ -90,14 +90,9 @@ def setting_values() -> dict[str, dict[str, tuple[float | tuple[float, ...], str
 def feedback_controller(
     estimator: PublishedEnergyEstimator, state: Float[np.ndarray, " s"]
 ) -> FeedbackController:
-    """Return the feedback of section 6.2, which compensates what an estimator finds on the way.
+    """Return the feedback of section 6.2, which compensates the running estimates of an estimator.
 
-    Parameters
-    ----------
-    estimator
-        Whose estimates are compensated.
-    state
-        What it begins with [units of the estimator].
+    ``state`` is that with which the estimator begins.
     """
     return FeedbackController(
         sampling_time=surrogate.SAMPLING_TIME,

@@ -58,18 +58,9 @@ def monte_carlo(
     workers: int,
     advance: Callable[[], None],
 ) -> Study:
-    """Score every variant by runs with noise; the result does not depend on the workers.
+    """Score every variant by so many runs for each loop and noise.
 
-    Parameters
-    ----------
-    runs
-        How many for each loop and noise.
-    seed
-        Of all noise.
-    workers
-        How many runs are worked on at once.
-    advance
-        Called after each run.
+    The result does not depend on the workers; ``advance`` is called after each run.
     """
     cells = list(product(enumerate(LOOPS), enumerate(NOISES), range(runs)))
     found = in_parallel(

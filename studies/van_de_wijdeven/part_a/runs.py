@@ -50,17 +50,9 @@ def one_run(
 ) -> Run:
     """Simulate the arm for the whole duration, from rest.
 
-    Parameters
-    ----------
-    loop
-        The bang-bang input, or the feedback controller.
-    noise
-        Of the sensors, over that of the surrogate values [-].
-    generator
-        Where it comes from.
-    estimator, state
-        Whose running estimates the feedback controller compensates, and what it has learned so far;
-        without use in the feedforward.
+    The noise of the sensors is relative to that of the surrogate values [-]. The feedback
+    controller compensates the running estimates of the estimator, which begins with the state; both
+    are without use in the feedforward.
     """
     sensors = surrogate.surrogate_sensors(noise)
     if loop == "feedforward":

@@ -72,13 +72,7 @@ class Evidence:
 
 
 def gather(advance: Callable[[], None]) -> Evidence:
-    """Run everything.
-
-    Parameters
-    ----------
-    advance
-        Called `PIECES` times.
-    """
+    """Run everything; ``advance`` is called `PIECES` times."""
 
     def done(series: Series) -> Series:
         advance()

@@ -102,17 +102,10 @@ def random_axes(generator: np.random.Generator, n: int) -> list[RandomAxis]:
     """Draw axes; the first of them do not depend on how many are drawn.
 
     Mass, Coulomb and viscous friction are within a factor 2 of Table 1 (the logarithm is uniform),
-    static friction is 1.05 to 1.5 times the Coulomb friction of the same direction, the friction
-    of either direction is within 20 % of the mean of both (Coulomb, static and viscous each by a
-    part of its own), the offset within 0.2 of the mean Coulomb friction; the effort limit is 3
-    times that. The mass is guessed within 5 %, each friction within 50 % of its mean. The start
-    is 0.5 to 20 mm off the target. All these are uniform where nothing else is said.
-
-    Parameters
-    ----------
-    generator
-        Where the axes come from.
-    n
-        How many.
+    static friction is 1.05 to 1.5 times the Coulomb friction of the same direction, the friction of
+    either direction is within 20 % of the mean of both (Coulomb, static and viscous each by a part
+    of its own), the offset within 0.2 of the mean Coulomb friction; the effort limit is 3 times
+    that. The mass is guessed within 5 %, each friction within 50 % of its mean. The start is 0.5 to
+    20 mm off the target. All these are uniform where nothing else is said.
     """
     return [_random_axis(generator) for _ in range(n)]

@@ -54,16 +54,8 @@ def resolution_scores(
 ) -> tuple[ResolutionScore, ...]:
     """Bring the mass of Table 1 as near to its target as its encoder can tell, in several cases.
 
-    Parameters
-    ----------
-    axes
-        How many starts and first guesses in each case.
-    seed
-        Of these, and of how friction changes.
-    workers
-        How many cases are worked on at once.
-    advance
-        Called `resolution_pieces` times.
+    ``axes`` is the number of starts and first guesses in each case; ``workers`` cases are worked on
+    at once; ``advance`` is called `resolution_pieces` times.
     """
     return tuple(
         in_parallel(

@@ -45,12 +45,7 @@ class AxisOutcome:
 def outcome_on(axis: RandomAxis, make: Make, *, watch: float = WATCH) -> AxisOutcome:
     """Run the controller that is made for an axis on it, and judge the true motion.
 
-    Parameters
-    ----------
-    axis, make
-        Which, and what makes the controller.
-    watch
-        How long it is watched after the time to arrive [s].
+    The axis is watched for a while after the time to arrive [s].
     """
     controller = make(axis)
     run = simulate_closed_loop(

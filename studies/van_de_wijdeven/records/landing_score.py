@@ -17,13 +17,7 @@ class Spread:
 
     @classmethod
     def of(cls, values: Sequence[float]) -> "Spread":
-        """Return the spread of values.
-
-        Parameters
-        ----------
-        values
-            At least one [any unit].
-        """
+        """Return the spread of at least one value."""
         median, upper = np.quantile(values, (0.5, 0.95))
         return cls(median=float(median), upper_95=float(upper), worst=float(max(values)))
 
