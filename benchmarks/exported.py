@@ -1,4 +1,4 @@
-"""What a step of exported C takes beside the compiled kernel that it is translated from."""
+"""Time of a step of exported C beside the compiled kernel that it is translated from."""
 
 import ctypes
 import shutil

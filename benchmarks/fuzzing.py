@@ -54,7 +54,7 @@ app = App(name="python -m benchmarks.fuzzing", help="Read damaged logs of every 
 
 @dataclass
 class Outcome:
-    """What became of the files."""
+    """Numbers of files by their outcome."""
 
     counts: Counter[str] = field(default_factory=Counter[str])
     faults: list[str] = field(default_factory=list[str])  #: Sample and number of each.

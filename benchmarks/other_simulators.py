@@ -1,4 +1,4 @@
-"""What one would use without this package, each set up as well as it allows.
+"""Other simulators, each set up as well as it allows.
 
 All take a `ReferenceRun` of either plant (a single mass is an arm without a spring) and return the
 states at all samples, shape (n+1, 2 or 4).

@@ -1,4 +1,4 @@
-"""What pulse controllers take: a sample of rest, and the sample in which a pulse is planned."""
+"""Time of pulse controllers: a sample of rest, and the sample in which a pulse is planned."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What is estimated on line beside others: the recursion alone, and with the samples before it."""
+"""Online estimation beside others: the recursion alone, and with the samples before it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -68,7 +68,7 @@ class _Problem:
 
     @property
     def samples(self) -> list[Sample]:
-        """What a controller has at each sample."""
+        """Input of a controller at each sample."""
         log = self.log
         columns = (
             log.effort,

@@ -1,4 +1,4 @@
-"""What a log contains: extra terms of the effort law, judged on rows left out of the fit."""
+"""Contents of a log: extra terms of the effort law, judged on rows left out of the fit."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What every part of the source is asked with, and how its files are written."""
+"""Arguments of every part of the source, and the writing of its files."""
 
 import os
 import re
@@ -23,7 +23,7 @@ _LIST_OF_NUMBERS = re.compile(r"\[[-+.\de,\snul]+\]")
 class Reproduced:
     """A reproduction and where it was written."""
 
-    reproduction: Reproduction  #: What was reproduced.
+    reproduction: Reproduction  #: The reproduction.
     #: The page and its numbers as JSON.
     page: Path
     numbers: Path

@@ -43,7 +43,7 @@ Filling = tuple[dict[str, Any], list[str]]
 class TemplateExporter(Exporter):
     """A target whose file is a template, filled in with the values of every axis."""
 
-    #: What the template needs of an axis; its docstring states the format and its source.
+    #: Returns the variables of an axis; its docstring states the format and its source.
     values: Callable[[AxisToFill], Filling]
     #: Name of the template in the folder ``templates`` beside the module of ``values``.
     template: str

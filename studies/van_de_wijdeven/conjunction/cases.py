@@ -1,4 +1,4 @@
-"""What the controllers are put through: sensors, and how well masses and spring are known."""
+"""Cases of the controllers: sensors, and errors of guessed masses and springs."""
 
 from dataclasses import dataclass, replace
 

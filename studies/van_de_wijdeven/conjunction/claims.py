@@ -1,4 +1,4 @@
-"""What the source's concluding remarks claim, judged by measurements."""
+"""Claims of the source's concluding remarks, judged by measurements."""
 
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ _MORE = 1.0 + 1e-9  # ratio from which a value is larger than another
 
 
 class Evidence(NamedTuple):
-    """What was measured."""
+    """Measurements."""
 
     landings: LandingEvidence
     series: SeriesEvidence

@@ -35,7 +35,7 @@ _NOTED = 10  # samples between two notes of the estimates
 
 
 class Estimates(NamedTuple):
-    """What is guessed of friction at an instant [s, N, N s/m], with standard deviations."""
+    """Guesses of friction at an instant [s, N, N s/m], with standard deviations."""
 
     time: float
     coulomb: float
@@ -89,7 +89,7 @@ class LandingEvidence:
     #: How far from the target the feedback of a landing leaves mass 1 when it is sent there itself,
     #: without and with noise [m].
     feedback_errors: tuple[float, ...]
-    #: What others leave of the first move, without noise, by name.
+    #: Errors of others after the first move, without noise, by name.
     rivals: Mapping[str, MoveOutcome]
 
 

@@ -25,7 +25,7 @@ _FACTOR = 3.0
 _STATIC = (1.0, 1.3)
 """Static over Coulomb friction [-]."""
 _GUESS_ERROR = 0.5
-"""What is guessed of friction, if anything, is wrong by up to this part of the truth [-]."""
+"""Largest error of a guessed friction, over the truth [-]."""
 _GUESSED = 0.5
 """Share of the arms of which a friction is guessed [-]."""
 _MOVE = (0.7, 1.3)

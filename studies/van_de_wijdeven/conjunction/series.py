@@ -48,7 +48,7 @@ class Planned:
     """A series and its true motion."""
 
     series: PulseSeries  #: As planned.
-    #: What the arm as guessed does, simulated exactly, and for a while after it.
+    #: Motion of the arm as guessed, simulated exactly, and for a while after it.
     motion: SimulatedMotion
     numbers: ReferenceSeries  #: What a table holds of it.
 

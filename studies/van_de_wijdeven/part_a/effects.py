@@ -1,4 +1,4 @@
-"""What noise does to the energies and regressors of a run, as its truth is known."""
+"""Effects of noise on the energies and regressors of a run, by its truth."""
 
 from dataclasses import dataclass
 

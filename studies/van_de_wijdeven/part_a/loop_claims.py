@@ -1,4 +1,4 @@
-"""What the source claims of B and S and of its two loops, judged by measurements."""
+"""Claims on B and S and on both loops, judged by measurements."""
 
 from functools import partial
 from itertools import chain

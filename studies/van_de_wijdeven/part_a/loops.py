@@ -42,7 +42,7 @@ LOOPS_SETTING = (
     f"recursion begins with first guesses of zero and P(0) = {INITIAL_VARIANCE:g} I; its "
     f"forgetting factor is {FORGETTING_FACTOR:g}"
 )
-"""What both loops of chapter 6 do, and what the recursion begins with."""
+"""Common values of both loops of chapter 6, and the begin of the recursion."""
 
 
 def setting_values() -> dict[str, dict[str, tuple[float | tuple[float, ...], str]]]:

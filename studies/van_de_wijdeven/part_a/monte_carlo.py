@@ -38,13 +38,13 @@ class Study:
     """Results of the runs."""
 
     scores: tuple[VariantScore, ...]  #: Of every variant, loop, noise and assumption.
-    #: What the noise of the surrogate values did to the energies, by loop, one a run.
+    #: Effects of the noise of the surrogate values on the energies, by loop, one a run.
     effects: Mapping[Loop, tuple[NoiseEffects, ...]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Outcome:
-    """What one run gave: estimates, and for those that give one, whether the interval held."""
+    """Results of one run: estimates, and whether their intervals hold the truth."""
 
     values: dict[Key, Float[np.ndarray, " 2"]] = field(default_factory=dict)
     covered: dict[Key, Float[np.ndarray, " 2"]] = field(default_factory=dict)

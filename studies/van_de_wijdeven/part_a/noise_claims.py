@@ -1,4 +1,4 @@
-"""What the source claims of noise in chapter 5, judged by measurements."""
+"""Claims on noise in chapter 5, judged by measurements."""
 
 from collections.abc import Callable, Sequence
 

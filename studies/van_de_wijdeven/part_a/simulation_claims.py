@@ -1,4 +1,4 @@
-"""What the source claims of its feedforward simulations, judged by measurements."""
+"""Claims on the feedforward simulations, judged by measurements."""
 
 import numpy as np
 from jaxtyping import Float

@@ -31,7 +31,7 @@ LARGE = "P(0) = 1e5 I"
 READINGS = {PWC: (CALCULATED, APPLIED), PAPWC: (SMALL, LARGE)}
 """By controller; the printed one first."""
 KEYS = {CALCULATED: "calculated", APPLIED: "applied", SMALL: "small_p", LARGE: "large_p"}
-"""What the names of numbers begin with, by reading."""
+"""Prefix of the names of numbers, by reading."""
 
 Key = tuple[str, str, float | None]
 """Controller, reading, and t_p,max [s] or None."""

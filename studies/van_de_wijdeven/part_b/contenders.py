@@ -111,7 +111,7 @@ LONG_WATCH = 1200.0
 LONG_WATCHED: Mapping[str, Make] = MappingProxyType(
     {f"PID, watched for {LONG_WATCH / 60:g} min": PID_TUNINGS["PID"]}
 )
-"""What goes to and fro so slowly that the usual watch does not see it."""
+"""Controllers that hunt so slowly that the usual watch does not show it."""
 
 LONG_WATCHED_AXES = 200
 """On no more axes than these."""

@@ -1,4 +1,4 @@
-"""What sections 4 and 5 claim of the errors of amplitude and width control (PAPWC)."""
+"""Claims of sections 4 and 5 on the errors of amplitude and width control (PAPWC)."""
 
 import numpy as np
 

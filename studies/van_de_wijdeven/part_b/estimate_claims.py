@@ -1,4 +1,4 @@
-"""What section 4 claims of the estimates of PAPWC, judged by ten runs of each case."""
+"""Claims of section 4 on the estimates of PAPWC, judged by ten runs of each case."""
 
 import numpy as np
 from jaxtyping import Float

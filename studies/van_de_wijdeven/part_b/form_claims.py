@@ -1,4 +1,4 @@
-"""What section 3.2 claims of its equations (PAPWC), judged by formulas and by single runs."""
+"""Claims of section 3.2 on its equations (PAPWC), judged by formulas and by single runs."""
 
 from collections.abc import Callable
 

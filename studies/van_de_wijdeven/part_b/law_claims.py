@@ -1,4 +1,4 @@
-"""What sections 2 and 3.1 claim of a single pulse, judged by formulas and by simulation."""
+"""Claims of sections 2 and 3.1 on a single pulse, judged by formulas and by simulation."""
 
 import math
 from dataclasses import replace

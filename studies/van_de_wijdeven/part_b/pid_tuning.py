@@ -91,7 +91,7 @@ _GRID: dict[str, tuple[float, ...]] = {
 FASTEST = 0.1 / SAMPLING_TIME
 """A tenth of the sampling rate [Hz], a common rule: beyond it every delay of a real loop tells."""
 LEAST_MARGIN = 30.0
-"""What is usually asked of a loop at least [degrees]."""
+"""Usual lower limit of the phase margin [degrees]."""
 _STARTS = tuple(product((30.0, 60.0), (3.0, 10.0)))  # phase margin and integral ratio
 
 

@@ -1,4 +1,4 @@
-"""What section 4 claims of the pulses of amplitude and width control (PAPWC)."""
+"""Claims of section 4 on the pulses of amplitude and width control (PAPWC)."""
 
 import numpy as np
 

@@ -22,7 +22,7 @@ _EFFORT_LIMIT = 3.0
 """Over the Coulomb friction [-]."""
 _MASS_ERROR = 0.05
 _FRICTION_ERROR = 0.5
-"""What is guessed of mass and friction is wrong by up to this part of the truth [-]."""
+"""Largest error of a guessed friction, over the truth [-]."""
 _START_ERROR = (0.5e-3, 20e-3)
 """Distance from the target at the start, either sign [m]."""
 

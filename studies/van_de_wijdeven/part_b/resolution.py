@@ -32,7 +32,7 @@ _START = (0.5e-3, 20e-3)  # distance from the target [m]
 
 @dataclass(frozen=True, kw_only=True)
 class _Case:
-    """What a cell of the study is about; `ResolutionScore` says what each is."""
+    """Conditions of a cell of the study, as in `ResolutionScore`."""
 
     encoder_step: float = 1e-8
     static_ratio: float = 1.3

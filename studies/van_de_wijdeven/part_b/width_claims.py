@@ -1,4 +1,4 @@
-"""What the source claims of pulse width control (PWC), judged by ten runs of each case."""
+"""Claims on pulse width control (PWC), judged by ten runs of each case."""
 
 import math
 

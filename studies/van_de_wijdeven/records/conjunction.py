@@ -44,7 +44,7 @@ class ReferenceSeries:
     duration: float = quantity_field("time")
     impulse: float  #: Time integral of the effort's magnitude [N s].
     peak_effort: float = quantity_field("effort")  #: Its largest magnitude.
-    #: What the exact simulation leaves, of either mass's position and of the swing, the largest.
+    #: Largest error of the exact simulation, of either mass's position and of the swing.
     residual: float = quantity_field("position")
 
 
@@ -53,7 +53,7 @@ class FrictionErrorEffect:
     """Error after a series if the Coulomb friction is not as guessed."""
 
     friction_error: float  #: True Coulomb friction over the guessed one, less 1 [-].
-    #: What is known for another series of the same duration.
+    #: Values of another series of the same duration.
     expected_error: float = quantity_field("position")
     expected_swing: float = quantity_field("position")
     error: float = quantity_field("position")  #: Final position of mass 1 less the target.
@@ -77,7 +77,7 @@ class ConjunctionReproduction(Reproduction):
     """Method that the concluding remarks of the source sketch, reproduced."""
 
     reference_series: tuple[ReferenceSeries, ...]  #: Series whose shortest durations are known.
-    #: What the fastest of them leaves if the Coulomb friction is not as guessed.
+    #: Error of the fastest of them if the Coulomb friction is not as guessed.
     friction_errors: tuple[FrictionErrorEffect, ...]
     #: Successive series, with constant and with updated estimates.
     successive_series: tuple[SuccessiveSeries, ...]

@@ -74,7 +74,7 @@ class VariantScore:
 class EnergyReproduction(Reproduction):
     """Part A of the source, reproduced."""
 
-    #: What was reproduced beside figures and claims.
+    #: Results beside figures and claims.
     five_runs: tuple[FiveRuns, ...]
     variants: tuple[VariantScore, ...]
 

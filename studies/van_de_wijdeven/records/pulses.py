@@ -60,7 +60,7 @@ class PrintedNumber:
 
     @property
     def difference(self) -> float:
-        """What the source's number differs by from ours, over ours [1]."""
+        """Difference of the source's number from ours, over ours [1]."""
         return float(self.printed) / self.value - 1.0
 
     @property

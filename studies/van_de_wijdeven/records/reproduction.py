@@ -22,10 +22,10 @@ _LEGEND = {
     "figures.panels.curves": "what is drawn, in the units of the labels of the axes; a staircase "
     "keeps each value until the next",
 }
-"""What the keys of the JSON document mean, as far as their names do not say it."""
+"""Meaning of the keys of the JSON document, as far as their names do not say it."""
 
 CurveRole = Literal["truth", "first", "second", "third", "fourth"]
-"""What a curve is in its panel, on which its look depends."""
+"""Role of a curve in its panel, on which its look depends."""
 
 Sketch = Literal["mass with friction"]
 """A drawing of a system, of which only the source's parts are shown."""
@@ -84,7 +84,7 @@ class Measure:
 
     #: Way in which the source can be read, or case in which it was measured; empty for one only.
     case: str
-    quantity: str  #: What was measured.
+    quantity: str  #: Measurements.
     unit: str  #: Of the value and its limits; ``"1"`` for a ratio.
     #: Measured value, and its limits [unit]; infinite where there is none.
     value: float
@@ -175,7 +175,7 @@ class Reproduction(ABC):
     setting: str  #: With which values, in words.
     #: The same as numbers, each with its unit [as told beside it], by group and name.
     values: SettingValues
-    #: What was reproduced.
+    #: The reproduction.
     figures: tuple[ReproducedFigure, ...]
     claims: tuple[Claim, ...]
     options: Mapping[str, int]  #: What it was asked with, such as runs and seed.
