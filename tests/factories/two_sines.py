@@ -40,6 +40,9 @@ def plain_effort(motion: Motion) -> Float[np.ndarray, " n"]:
     return 3.0 * motion.acceleration + friction + 0.2
 
 
+TRUTH = {"mass": 3.0, "viscous_friction": 4.0, "coulomb_friction": 1.5, "offset": 0.2}
+
+
 def log_of(
     extra: Extra = lambda motion: np.zeros(motion.time.size),
     *,

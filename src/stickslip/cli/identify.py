@@ -67,9 +67,9 @@ class Model(EstimatedFriction):
     one of several logs as in --effort-delay morning=0.002, repeated for others. [default:
     estimated, if the log shows one]"""
     effort_kind: Literal["held", "sampled", "mean"] | None = None
-    """Meaning of a logged effort, with estimator auto: held from its time stamp to the next, the value
-    sampled at its time stamp, or the mean since the time stamp before. [default: held; with uneven
-    time stamps, what explains most]"""
+    """Meaning of a logged effort, with estimator auto: held from its time stamp to the next, the
+    value sampled at its time stamp, or the mean since the time stamp before. [default: held; with
+    uneven time stamps, what explains most]"""
 
 
 def identify(
