@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stickslip.records.record import Record
+
 
 @dataclass(frozen=True, kw_only=True)
-class Spread:
+class Spread(Record):
     """How something is spread over many cases."""
 
     #: The median, what 95 % do not exceed, and the largest [as of what is spread].
@@ -23,7 +25,7 @@ class Spread:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LandingScore:
+class LandingScore(Record):
     """How one controller lands many random arms, from rest to rest and target to target."""
 
     controller: str  #: Which one.
