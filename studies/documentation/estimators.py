@@ -31,7 +31,7 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
-from studies.documentation.style import DOCS
+from studies.documentation.style import DOCS, table
 
 PAGE = DOCS / "theory" / "estimators.md"
 RUNS, MANY = 40, 200
@@ -115,12 +115,6 @@ def ar1(seed: int, deviation: float) -> np.ndarray:
     for k in range(1, steps.size):
         force[k] = SLOW_AR * force[k - 1] + steps[k]
     return force
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
-    return "\n".join(lines) + "\n"
 
 
 @dataclass(frozen=True, kw_only=True)
