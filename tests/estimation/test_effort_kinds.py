@@ -1,5 +1,6 @@
 """Efforts that are held, sampled or averaged, found from the log or given."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -61,18 +62,15 @@ def test_a_given_kind_replaces_the_delay_of_an_even_log(kind: Any, delay: float)
 def at_50_hz(kind: str) -> AxisLog:
     """Return a log of 50 samples a second: smooth effort in closed form, its mean, or held."""
     time = np.arange(0.0, 200.0, 0.02)
-    a, b = 3.0 * time, 11.0 * time
-    velocity = 0.1 * np.sin(a) + 0.05 * np.sin(b)
-    position = -0.1 / 3.0 * np.cos(a) - 0.05 / 11.0 * np.cos(b)
-    effort = 3.0 * (0.3 * np.cos(a) + 0.55 * np.cos(b)) + 4.0 * velocity + 0.2
-    effort += 1.5 * np.sign(velocity)
+    motion = Motion(time=time, rates=(3.0, 11.0))
+    position, effort = motion.position, plain_effort(motion)
     if kind == "mean":  # since the time stamp before; Coulomb friction as at its middle
         half = 0.01
-        shrunk = [np.sin(w * half) / (w * half) for w in (3.0, 11.0)]
-        a, b = a - 3.0 * half, b - 11.0 * half
-        velocity = 0.1 * shrunk[0] * np.sin(a) + 0.05 * shrunk[1] * np.sin(b)
-        effort = 3.0 * (0.3 * shrunk[0] * np.cos(a) + 0.55 * shrunk[1] * np.cos(b))
-        effort += 4.0 * velocity + 0.2 + 1.5 * np.sign(velocity)
+        large, small = (
+            size * float(np.sin(rate * half)) / (rate * half)
+            for size, rate in zip(motion.sizes, motion.rates, strict=True)
+        )
+        effort = plain_effort(replace(motion, time=time - half, sizes=(large, small)))
     if kind == "held":  # steps of 1 ms, each exact for the friction at its start
         x, v, wanted, step = float(position[0]), 0.0, position, 1e-3
         decay = np.exp(-4.0 / 3.0 * step)

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from axis_logs import axis_log
 from estimates import std_of
-from jaxtyping import Float
 from refusals import refuses
 from slow_cases import quick_where
-from two_sines import TIME, TRUTH, Extra, Motion, log_of, plain_effort
+from two_sines import EXTRAS, TIME, TRUTH, Motion, log_of
 
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.records import InputError, Status
@@ -19,47 +18,20 @@ SAMPLED = 2e-4
 """Relative; a held effort follows a smooth one to second order of the sampling time."""
 
 
-def ramp(motion: Motion) -> Float[np.ndarray, " n"]:
-    return motion.time - 10.0
-
-
-EXTRAS: dict[str, tuple[Extra, dict[str, float]]] = {
-    "spring": (lambda m: 20.0 * m.position, {"spring_stiffness": 20.0}),
-    "direction": (
-        lambda m: 0.6 * np.abs(m.velocity),
-        {"viscous_friction_positive": 4.6, "viscous_friction_negative": 3.4},
-    ),
-    "quadratic": (
-        lambda m: 30.0 * m.velocity * np.abs(m.velocity),
-        {"quadratic_friction": 30.0},
-    ),
-    "friction drift": (
-        lambda m: -0.01 * (1.5 * np.sign(m.velocity) + 4.0 * m.velocity) * ramp(m),
-        {"friction_drift": -0.01},
-    ),
-    "viscous drift": (lambda m: -0.2 * m.velocity * ramp(m), {"viscous_drift": -0.2}),
-    "offset drift": (lambda m: 0.01 * ramp(m), {"offset_drift": 0.01}),
-    "gain drift": (
-        lambda m: plain_effort(m) * (1.0 / (1.0 + 0.01 * ramp(m)) - 1.0),
-        {"gain_drift": 0.01},
-    ),
-    "dead band": (
-        lambda m: 0.3 * np.sign(plain_effort(m)),
-        {"dead_band": 0.3},
-    ),
-    "stribeck": (
-        lambda m: 0.8 * np.sign(m.velocity) * np.exp(-((m.velocity / 0.02) ** 2)),
-        {"static_friction": 2.3, "stribeck_velocity": 0.02},
-    ),
-    "low speed": (
-        lambda m: -0.6 * np.sign(m.velocity) * np.exp(-((m.velocity / 0.02) ** 2)),
-        {"low_speed_friction": -0.6, "low_speed_velocity": 0.02},
-    ),
-    "ripple": (
-        lambda m: 0.2 * np.sin(2 * np.pi * m.position / 0.015),
-        {"ripple_sine": 0.2, "ripple_cosine": 0.0, "ripple_period": 0.015},
-    ),
+EXPECTED = {
+    "spring": {"spring_stiffness": 20.0},
+    "direction": {"viscous_friction_positive": 4.6, "viscous_friction_negative": 3.4},
+    "quadratic": {"quadratic_friction": 30.0},
+    "friction drift": {"friction_drift": -0.01},
+    "viscous drift": {"viscous_drift": -0.2},
+    "offset drift": {"offset_drift": 0.01},
+    "gain drift": {"gain_drift": 0.01},
+    "dead band": {"dead_band": 0.3},
+    "stribeck": {"static_friction": 2.3, "stribeck_velocity": 0.02},
+    "low speed": {"low_speed_friction": -0.6, "low_speed_velocity": 0.02},
+    "ripple": {"ripple_sine": 0.2, "ripple_cosine": 0.0, "ripple_period": 0.015},
 }
+"""Parameters of the terms of `EXTRAS`."""
 
 
 @pytest.mark.parametrize(
@@ -67,8 +39,7 @@ EXTRAS: dict[str, tuple[Extra, dict[str, float]]] = {
     quick_where(lambda name: name not in {"stribeck", "ripple", "low speed", "quadratic"}, EXTRAS),
 )
 def test_a_term_of_the_axis_is_selected_and_estimated(name: str) -> None:
-    extra, truth = EXTRAS[name]
-    estimate = SelectedModelEstimator().fit(log_of(extra))
+    estimate = SelectedModelEstimator().fit(log_of(EXTRAS[name]))
     assert estimate.selection is not None
     assert estimate.selection.selected == (name,)
     assert estimate.status is Status.OK
@@ -77,7 +48,7 @@ def test_a_term_of_the_axis_is_selected_and_estimated(name: str) -> None:
         **TRUTH,
         "coulomb_friction_positive": 1.7,
         "coulomb_friction_negative": 1.3,
-        **truth,
+        **EXPECTED[name],
     }
     for parameter, value in estimate.parameters.items():
         assert value.ci95 is not None
@@ -132,7 +103,7 @@ def test_known_delay_is_not_estimated() -> None:
 
 @pytest.mark.slow
 def test_terms_can_be_fixed_and_left_out() -> None:
-    log = log_of(EXTRAS["spring"][0])
+    log = log_of(EXTRAS["spring"])
     fixed = SelectedModelEstimator(include=("spring", "direction"), select=False).fit(log)
     assert {"spring_stiffness", "viscous_friction_positive"} <= set(fixed.parameters)
     without = SelectedModelEstimator(exclude=("spring",)).fit(log)
@@ -207,7 +178,7 @@ def test_a_stroke_shorter_than_a_window_has_no_ripple() -> None:
 
 
 def test_terms_that_are_missing_without_a_selection_are_named() -> None:
-    estimate = SelectedModelEstimator(select=False).fit(log_of(EXTRAS["spring"][0]))
+    estimate = SelectedModelEstimator(select=False).fit(log_of(EXTRAS["spring"]))
     assert estimate.status is Status.MODEL_MISMATCH
     assert "a spring acts on the axis" in estimate.diagnostics.notes[0]
     plain = SelectedModelEstimator(select=False).fit(log_of())
