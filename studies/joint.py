@@ -20,6 +20,7 @@ from scipy.stats import binomtest
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.estimation.joint.estimator import JointEstimator
 from stickslip.records import AxisLog, FrictionEstimate, Status
+from studies import markdown
 from studies.mismatch.axes import (
     CYCLE,
     Kind,
@@ -167,51 +168,53 @@ def table(same: Sequence[Outcome], different: Sequence[Outcome]) -> str:
         np.nanmedian(errors[:, :, 0], axis=0),
         np.nanmedian(errors[:, :, 1:], axis=(0, 2)),
     )
-    lines = [
-        "| quantity | inertia | viscous friction | Coulomb friction | all |",
-        "|---|---:|---:|---:|---:|",
-        _row(
+    by_parameter = [
+        [
             "coverage of the 95 % intervals [%]",
-            [*(_rate(each) for each in inside.T), _rate(inside.ravel())],
-        ),
-        _row(
+            *(_rate(each) for each in inside.T),
+            _rate(inside.ravel()),
+        ],
+        [
             "standard deviation, joint over combined single fits, median [-]",
-            [*(f"{np.nanmedian(each):.2f}" for each in ratio.T), f"{np.nanmedian(ratio):.2f}"],
-        ),
-        _row(
+            *(f"{np.nanmedian(each):.2f}" for each in ratio.T),
+            f"{np.nanmedian(ratio):.2f}",
+        ],
+        [
             "median error, joint over single [-] (1/√3 = 0.58)",
-            [*(f"{each:.2f}" for each in joint / single), ""],
-        ),
-        "",
-        "| quantity | result |",
-        "|---|---:|",
-        f"| sets with equal friction | {len(same)} |",
-        f"| of these with status ok [%] | {_rate([run.status is Status.OK for run in same])} |",
-        f"| false alarms of the consistency test, nominal 1 % [%] | "
-        f"{_rate([bool(run.named) for run in same])} |",
-        "| p below 0.01 / below 0.05 / below 0.2 [%] | "
-        + " / ".join(_rate([run.p_value < level for run in same]) for level in (0.01, 0.05, 0.2))
-        + " |",
-        f"| coverage of the delays [%] | {_rate(np.repeat([True, False], _delays(same)))} |",
-        f"| sets with 10 % more Coulomb friction in {DIFFERENT} | {len(different)} |",
-        f"| of these detected [%] | {_rate([bool(run.named) for run in different])} |",
-        f"| detected, and that log and Coulomb friction named first [%] | "
-        f"{_rate([run.named == (DIFFERENT, 'coulomb_friction') for run in different])} |",
-        f"| difference named, median [%] | "
-        f"{100 * float(np.median([run.difference for run in different])):.1f} |"
-        if different
-        else "",
+            *(f"{each:.2f}" for each in joint / single),
+            "",
+        ],
     ]
-    return "\n".join(lines).rstrip() + "\n"
+    levels = (0.01, 0.05, 0.2)
+    named_first = [run.named == (DIFFERENT, "coulomb_friction") for run in different]
+    of_sets = {
+        "sets with equal friction": str(len(same)),
+        "of these with status ok [%]": _rate([run.status is Status.OK for run in same]),
+        "false alarms of the consistency test, nominal 1 % [%]": _rate(
+            [bool(run.named) for run in same]
+        ),
+        "p below 0.01 / below 0.05 / below 0.2 [%]": " / ".join(
+            _rate([run.p_value < level for run in same]) for level in levels
+        ),
+        "coverage of the delays [%]": _rate(np.repeat([True, False], _delays(same))),
+        f"sets with 10 % more Coulomb friction in {DIFFERENT}": str(len(different)),
+        "of these detected [%]": _rate([bool(run.named) for run in different]),
+        "detected, and that log and Coulomb friction named first [%]": _rate(named_first),
+    }
+    if different:
+        median = 100 * float(np.median([run.difference for run in different]))
+        of_sets["difference named, median [%]"] = f"{median:.1f}"
+    head = ("quantity", "inertia", "viscous friction", "Coulomb friction", "all")
+    parts = (
+        markdown.table(head, by_parameter, words=1),
+        markdown.table(("quantity", "result"), list(of_sets.items()), words=1),
+    )
+    return "\n".join(parts)
 
 
 def _delays(runs: Sequence[Outcome]) -> tuple[int, int]:
     inside = sum(run.delays_inside for run in runs)
     return inside, sum(run.delays for run in runs) - inside
-
-
-def _row(name: str, cells: Sequence[str]) -> str:
-    return f"| {name} | {' | '.join(cells)} |"
 
 
 def _rate(hits: Sequence[bool] | np.ndarray) -> str:

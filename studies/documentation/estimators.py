@@ -31,7 +31,8 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
-from studies.documentation.style import DOCS, table
+from studies.documentation.style import DOCS
+from studies.markdown import table
 
 PAGE = DOCS / "theory" / "estimators.md"
 RUNS, MANY = 40, 200

@@ -11,7 +11,8 @@ from os import cpu_count
 import numpy as np
 from rich import print as say
 
-from studies.documentation.style import DOCS, no_arguments, table
+from studies.documentation.style import DOCS, no_arguments
+from studies.markdown import table
 from studies.van_de_wijdeven.part_b.contenders import HOW_TUNED, PID_TUNINGS
 from studies.van_de_wijdeven.part_b.pid_tuning import (
     FASTEST,

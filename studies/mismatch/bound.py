@@ -20,6 +20,7 @@ from rich.console import Console
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
+from studies.markdown import table
 from studies.mismatch.axes import CYCLE, physical
 from studies.mismatch.cases import Recorded, record
 from studies.mismatch.judgement import LARGE_ERROR
@@ -72,15 +73,13 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", choices=CASES, default=CASES, metavar="CASE")
     parser.add_argument("--runs", type=int, default=20, help="recordings a case (default 20)")
     given = parser.parse_args()
-    console = Console(width=120)
-    print_ = console.print
-    print_("| case | runs | mass [%] | viscous [%] | Coulomb [%] | offset [%] | critical [%] |")
-    print_("|---|---:|---:|---:|---:|---:|---:|")
+    rows: list[list[str]] = []
     for case in given.cases:
         bounds = [relative_bounds(record(case, seed)) for seed in range(given.runs)]
-        medians = " | ".join(f"{100 * value:.2g}" for value in np.median(bounds, axis=0))
-        rate = 100 * unavoidable_rate(bounds)
-        print_(f"| {case} | {given.runs} | {medians} | {rate:.1f} |")
+        medians = [f"{100 * value:.2g}" for value in np.median(bounds, axis=0)]
+        rows.append([case, str(given.runs), *medians, f"{100 * unavoidable_rate(bounds):.1f}"])
+    quantities = (f"{name} [%]" for name in ("mass", "viscous", "Coulomb", "offset", "critical"))
+    Console(width=120).print(table(["case", "runs", *quantities], rows, words=1), markup=False)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import numpy as np
 from rich.progress import track
 from scipy.integrate import quad
 
-from studies.documentation.style import table
+from studies.markdown import table
 from studies.positioning_faults.cases import AXIS_CASES, Case
 from studies.positioning_faults.run import Axis, axes, move_axis
 

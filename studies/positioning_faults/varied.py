@@ -13,7 +13,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from studies.documentation.style import table
+from studies.markdown import table
 from studies.mismatch.plant import Plant
 from studies.positioning_faults.cases import Case, Channels
 from studies.positioning_faults.run import Axis, Outcome, axis_table, move_axis, symmetric
