@@ -1,6 +1,5 @@
 """Run the benchmarks: ``python -m benchmarks [TOPIC ...] [--json FILE]``."""
 
-import json
 import platform
 from collections.abc import Callable
 from functools import partial
@@ -14,6 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from benchmarks import exported, fits, logs, loop, planning, pulses, recursion, simulator
 from benchmarks.measuring import Comparison, print_comparison
+from stickslip.tasks import write_json
 
 TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
     "simulator": simulator.compare,
@@ -87,7 +87,7 @@ def run(
                 for topic, comparisons in results.items()
             },
         }
-        json_file.write_text(json.dumps(record, indent=1) + "\n")
+        write_json(record, json_file)
 
 
 if __name__ == "__main__":

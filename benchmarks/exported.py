@@ -1,4 +1,4 @@
-"""What a step of exported C takes beside the compiled kernel that it is translated from."""
+"""Time of a step of exported C beside the compiled kernel that it is translated from."""
 
 import ctypes
 import shutil
@@ -34,8 +34,6 @@ from stickslip.records import SensorSample
 from stickslip.simulation.kernels.arm import arm_step
 from stickslip.simulation.kernels.single_mass import mass_step
 from stickslip.simulation.plant_kernels import initial_kernel_state, kernel_model
-
-__all__ = ["compare"]
 
 _OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
 _ROUNDS = 40  # through the samples of the test vectors, from the first state

@@ -22,8 +22,6 @@ from stickslip.records import AxisLog, FrictionEstimate
 from stickslip.simulation import Sensors, simulate
 from stickslip.tasks import compare_log
 
-__all__ = ["compare"]
-
 _SAMPLES = 25_000
 _SAMPLING_TIME = 0.001
 _MASS, _COULOMB, _VISCOUS = 95.0, 20.0, 200.0

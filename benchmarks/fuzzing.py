@@ -26,8 +26,6 @@ from stickslip.logs import opening, read_log
 from stickslip.logs.formats.registry import FORMATS
 from stickslip.logs.isolation import limit_this_process, memory_limit, read_guarded
 
-__all__ = ["Outcome", "damaged", "fuzz"]
-
 _SECONDS = 10.0  # of the processor: others may use the machine
 _BYTES = 1_000_000_000
 _AT_ONCE = 200
@@ -56,7 +54,7 @@ app = App(name="python -m benchmarks.fuzzing", help="Read damaged logs of every 
 
 @dataclass
 class Outcome:
-    """What became of the files."""
+    """Numbers of files by their outcome."""
 
     counts: Counter[str] = field(default_factory=Counter[str])
     faults: list[str] = field(default_factory=list[str])  #: Sample and number of each.
@@ -152,14 +150,7 @@ def _child(pipe: int, numbers: range, samples: Mapping[str, bytes], seed: int) -
 def fuzz(samples: Mapping[str, bytes], mutations: int, seed: int) -> Iterator[Outcome]:
     """Read damaged files of samples; yield the outcome so far after each group of them.
 
-    Parameters
-    ----------
-    samples
-        Contents by the names of the files, the endings of which say the format.
-    mutations
-        How many files.
-    seed
-        Of the damages; file ``k`` is the same whatever the number of files.
+    The endings of the names say the formats. File ``k`` is the same whatever the number of files.
     """
     os.environ["ARROW_DEFAULT_MEMORY_POOL"] = "system"
     with warnings.catch_warnings():

@@ -16,8 +16,6 @@ from rich.progress import Progress
 from benchmarks.measuring import Comparison, Row, Target, best_time
 from stickslip.logs import read_log
 
-__all__ = ["compare"]
-
 _ROWS = 1_000_000
 _SAMPLING_TIME = 0.001
 _SECONDS = 2.0

@@ -24,8 +24,6 @@ from stickslip.scenario import (
 )
 from stickslip.simulation import simulate_closed_loop
 
-__all__ = ["compare"]
-
 _REPEATED = 5
 """Times that every step is taken; the shortest counts, as the machine has other work."""
 _AXIS_LIMIT, _ARM_LIMIT = 200.0, 1000.0

@@ -15,8 +15,6 @@ from rich.console import Console
 from rich.progress import Progress, TaskID
 from rich.table import Table
 
-__all__ = ["Comparison", "Row", "Rows", "Target", "best_time", "print_comparison"]
-
 
 def best_time(function: Callable[[], object], *, repetitions: int) -> float:
     """Return the shortest time [s] of several calls, after one that is not counted.
@@ -54,14 +52,7 @@ class Row:
 class Rows:
     """Collects rows, with a mark on the progress bar for each.
 
-    Parameters
-    ----------
-    progress
-        Where the bar is.
-    title
-        What it says before the first row.
-    total
-        Number of rows to come.
+    ``title`` is what the bar says before the first row, ``total`` the number of rows to come.
     """
 
     def __init__(self, progress: Progress, title: str, total: int) -> None:

@@ -10,8 +10,6 @@ from typing import Any, cast
 import numpy as np
 from jaxtyping import Float
 
-__all__ = ["INITIAL_VARIANCE", "by_filterpy", "by_numpy", "by_padasip", "by_statsmodels"]
-
 INITIAL_VARIANCE = 1e3
 
 Values = Float[np.ndarray, " p"]

@@ -1,4 +1,4 @@
-"""What one would use without this package, each set up as well as it allows.
+"""Other simulators, each set up as well as it allows.
 
 All take a `ReferenceRun` of either plant (a single mass is an arm without a spring) and return the
 states at all samples, shape (n+1, 2 or 4).
@@ -15,8 +15,6 @@ from scipy import integrate
 from benchmarks.reference import ReferenceRun
 from stickslip.compiled import compiled
 from stickslip.plants import SingleMass
-
-__all__ = ["by_mujoco", "by_runge_kutta", "by_solve_ivp"]
 
 # No type information in the one; in the other, none that knows events which carry attributes.
 mujoco = cast("Any", _mujoco)
@@ -51,17 +49,9 @@ def by_solve_ivp(
 ) -> States:
     """Integrate with SciPy's solve_ivp, which finds the stops and breakaways as events.
 
-    Parameters
-    ----------
-    run
-        The problem.
-    method, tolerance
-        Of solve_ivp; the relative tolerance.
-    scale
-        Magnitude of the states, by which the absolute tolerance is larger or smaller.
-    each_sample
-        Start anew at every sample, as a sampled controller needs it, and not only where the effort
-        changes.
+    The relative tolerance is given; the absolute one is larger by the magnitude of the states,
+    ``scale``. With ``each_sample`` the integration starts anew at every sample, as a sampled
+    controller needs it, and not only where the effort changes.
     """
     solver = _EventSolver(run, method, (tolerance, tolerance * scale))
     states = np.empty((run.effort.size + 1, 4))
@@ -234,19 +224,10 @@ def by_mujoco(
     integrator: Literal["Euler", "implicitfast", "RK4"],
     stiff: bool = True,
 ) -> States:
-    """Simulate with MuJoCo; Coulomb friction is a joint's ``frictionloss``.
+    """Simulate with MuJoCo; Coulomb friction is a joint's ``frictionloss``, the same both ways.
 
-    Parameters
-    ----------
-    run
-        The problem, with the same friction in both directions.
-    substeps
-        Steps a sample.
-    integrator
-        MuJoCo's.
-    stiff
-        Make the friction constraint as stiff as its step allows (time constant of two steps,
-        impedance 0.9999) and not as soft as it is by default, when a stuck mass creeps.
+    With ``stiff`` the friction constraint is as stiff as its step allows (time constant of two
+    steps, impedance 0.9999) and not as soft as it is by default, when a stuck mass creeps.
     """
     m1, m2, ks = _parts(run)
     law = run.plant.friction

@@ -15,8 +15,6 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseSeriesPlanner
 from stickslip.plants import FlexibleArm
 
-__all__ = ["compare"]
-
 _RESISTANCE, _VISCOUS, _DURATION = 0.1, 0.1, 5.0
 _REST = (0.0, 0.0, 0.0, 0.0)
 _SLOWEST = 1e-3  # of the mean speed, as the planner's

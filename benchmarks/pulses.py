@@ -1,4 +1,4 @@
-"""What pulse controllers take: a sample of rest, and the sample in which a pulse is planned."""
+"""Time of pulse controllers: a sample of rest, and the sample in which a pulse is planned."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,8 +22,6 @@ from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.records import SensorSample
 from stickslip.simulation import Sensors, simulate_closed_loop
-
-__all__ = ["compare"]
 
 _MASS, _EFFORT, _T, _STEP = 150.0, 300.0, 0.001, 1e-6
 _FRICTION = CoulombViscousFriction.symmetric(

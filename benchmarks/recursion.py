@@ -1,4 +1,4 @@
-"""What is estimated on line beside others: the recursion alone, and with the samples before it."""
+"""Online estimation beside others: the recursion alone, and with the samples before it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -26,8 +26,6 @@ from stickslip.records import AxisLog
 from stickslip.simulation import simulate
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.noise_compensation import absolute_bias
-
-__all__ = ["compare", "compare_recursion", "compare_rest", "compare_samples"]
 
 _STEP = {2: 1.0, 4: 2.0}
 """Goals [us a sample] of a step called from Python, by the number of parameters."""
@@ -70,7 +68,7 @@ class _Problem:
 
     @property
     def samples(self) -> list[Sample]:
-        """What a controller has at each sample."""
+        """Input of a controller at each sample."""
         log = self.log
         columns = (
             log.effort,
@@ -171,14 +169,7 @@ def _report_estimator(parameters: int) -> PublishedEnergyEstimator:
 def compare_recursion(progress: Progress, parameters: int, *, repetitions: int = 20) -> Comparison:
     """Solve the same rows by recursive least squares, ours and others'.
 
-    Parameters
-    ----------
-    progress
-        Where progress is shown.
-    parameters
-        2, or 4 with B and S.
-    repetitions
-        Of each measurement of ours; others are repeated half as often.
+    There are 2 parameters, or 4 with B and S. Others are measured half as often as ours.
     """
     problem = _problem(parameters)
     n, p = problem.rows.shape

@@ -11,8 +11,6 @@ from jaxtyping import Float, Int
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 
-__all__ = ["ReferenceRun", "reference_runs"]
-
 _FOLDER = Path(__file__).parents[1] / "tests" / "references"
 
 

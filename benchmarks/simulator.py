@@ -21,8 +21,6 @@ from stickslip.simulation import (
     simulate_batch,
 )
 
-__all__ = ["compare"]
-
 _LONG = 10
 """The long run repeats the effort of the reference run so many times."""
 
@@ -109,6 +107,74 @@ def _first_states(batch: SimulatedBatch) -> np.ndarray:
     return np.stack([column[0] for column in columns if column is not None], axis=1)
 
 
+def _others(run: ReferenceRun) -> list[tuple[str, Callable[[], np.ndarray], int]]:
+    """Return name, states of the run and repetitions of each other simulator."""
+    return [
+        (
+            "solve_ivp with events, RK45 1e-10",
+            partial(by_solve_ivp, run, method="RK45", tolerance=1e-10),
+            3,
+        ),
+        (
+            "solve_ivp with events, LSODA 1e-10",
+            partial(by_solve_ivp, run, method="LSODA", tolerance=1e-10),
+            3,
+        ),
+        (
+            "solve_ivp with events, Radau 1e-10",
+            partial(by_solve_ivp, run, method="Radau", tolerance=1e-10),
+            1,
+        ),
+        (
+            "the same, RK45 1e-6, anew at each sample",
+            partial(by_solve_ivp, run, method="RK45", tolerance=1e-6, each_sample=True),
+            1,
+        ),
+        ("compiled RK4 with sign(v), step T", partial(by_runge_kutta, run, substeps=1), 50),
+        ("compiled RK4 with sign(v), step T/100", partial(by_runge_kutta, run, substeps=100), 5),
+        (
+            "MuJoCo as it comes, step T",
+            partial(by_mujoco, run, substeps=1, integrator="Euler", stiff=False),
+            3,
+        ),
+        (
+            "MuJoCo, stiff, implicitfast, step T/100",
+            partial(by_mujoco, run, substeps=100, integrator="implicitfast"),
+            1,
+        ),
+        (
+            "MuJoCo, stiff, RK4, step T/100",
+            partial(by_mujoco, run, substeps=100, integrator="RK4"),
+            1,
+        ),
+    ]
+
+
+def _targets(ours: Row, step: Row, batch: list[float]) -> tuple[Target, ...]:
+    """Return the goals; ``batch`` is the time of a sample on one core and on two [ns]."""
+    one, two = batch
+    return (
+        Target(
+            text="one trajectory, ns a sample",
+            measured=ours.nanoseconds,
+            limit=_ONE_TRAJECTORY,
+        ),
+        Target(text="one step from Python, µs", measured=step.nanoseconds / 1e3, limit=_ONE_STEP),
+        Target(
+            text="batch, million samples a second and core",
+            measured=1e3 / one,
+            limit=_BATCH_RATE,
+            at_least=True,
+        ),
+        Target(
+            text="batch, two cores over one",
+            measured=one / two,
+            limit=_TWO_CORES,
+            at_least=True,
+        ),
+    )
+
+
 def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
     n = run.effort.size
     rows = Rows(progress, "one trajectory", total=15)
@@ -169,54 +235,7 @@ def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
 
     batch = [batch_row("starts", repeat(run.plant), cores).nanoseconds for cores in (1, 2)]
     batch_row("starts, each another arm", drawn, 1)
-    others: list[tuple[str, Callable[[], np.ndarray], int]] = [
-        (
-            "solve_ivp with events, RK45 1e-10",
-            partial(by_solve_ivp, run, method="RK45", tolerance=1e-10),
-            3,
-        ),
-        (
-            "solve_ivp with events, LSODA 1e-10",
-            partial(by_solve_ivp, run, method="LSODA", tolerance=1e-10),
-            3,
-        ),
-        (
-            "solve_ivp with events, Radau 1e-10",
-            partial(by_solve_ivp, run, method="Radau", tolerance=1e-10),
-            1,
-        ),
-        (
-            "the same, RK45 1e-6, anew at each sample",
-            partial(by_solve_ivp, run, method="RK45", tolerance=1e-6, each_sample=True),
-            1,
-        ),
-        (
-            "compiled RK4 with sign(v), step T",
-            partial(by_runge_kutta, run, substeps=1),
-            50,
-        ),
-        (
-            "compiled RK4 with sign(v), step T/100",
-            partial(by_runge_kutta, run, substeps=100),
-            5,
-        ),
-        (
-            "MuJoCo as it comes, step T",
-            partial(by_mujoco, run, substeps=1, integrator="Euler", stiff=False),
-            3,
-        ),
-        (
-            "MuJoCo, stiff, implicitfast, step T/100",
-            partial(by_mujoco, run, substeps=100, integrator="implicitfast"),
-            1,
-        ),
-        (
-            "MuJoCo, stiff, RK4, step T/100",
-            partial(by_mujoco, run, substeps=100, integrator="RK4"),
-            1,
-        ),
-    ]
-    for name, function, repetitions in others:
+    for name, function, repetitions in _others(run):
         rows.add(name, function, n, error=error, repetitions=repetitions)
     return Comparison(
         title=(
@@ -226,28 +245,7 @@ def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
         item="sample",
         error_name="error, m",
         rows=tuple(rows.rows),
-        targets=(
-            Target(
-                text="one trajectory, ns a sample",
-                measured=ours.nanoseconds,
-                limit=_ONE_TRAJECTORY,
-            ),
-            Target(
-                text="one step from Python, µs", measured=step.nanoseconds / 1e3, limit=_ONE_STEP
-            ),
-            Target(
-                text="batch, million samples a second and core",
-                measured=1e3 / batch[0],
-                limit=_BATCH_RATE,
-                at_least=True,
-            ),
-            Target(
-                text="batch, two cores over one",
-                measured=batch[0] / batch[1],
-                limit=_TWO_CORES,
-                at_least=True,
-            ),
-        ),
+        targets=_targets(ours, step, batch),
     )
 
 

@@ -14,8 +14,6 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal import butter, filtfilt
 
-__all__ = ["Chain", "Friction", "arm_friction"]
-
 _GRAVITY = 9.81  # m/s^2
 _ORDER, _VELOCITY_CUTOFF, _EFFORT_CUTOFF = 5, 0.15, 0.2  # of the Nyquist frequency, as published
 _SMALLEST_RATIO = 1e-8  # of singular values: many inertias are not separable
@@ -145,16 +143,9 @@ def arm_friction(
     *,
     slowest: float = 0.0,
 ) -> Friction:
-    """Return the friction of all joints from one log, by least squares.
+    """Return the friction of all joints from one log [s, rad, rad/s, N m], by least squares.
 
-    Parameters
-    ----------
-    chain
-        Of the joints.
-    time, position, velocity, effort
-        Of the log [s, rad, rad/s, N m].
-    slowest
-        Speed of a joint below which its rows are left out, relative to its largest [-].
+    Rows in which a joint is slower than ``slowest`` times its largest speed are left out.
     """
     velocity = _smooth(velocity, _VELOCITY_CUTOFF)
     acceleration = np.zeros_like(velocity)

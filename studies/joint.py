@@ -20,6 +20,7 @@ from scipy.stats import binomtest
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.estimation.joint.estimator import JointEstimator
 from stickslip.records import AxisLog, FrictionEstimate, Status
+from studies import markdown
 from studies.mismatch.axes import (
     CYCLE,
     Kind,
@@ -31,8 +32,6 @@ from studies.mismatch.axes import (
     true_values,
 )
 from studies.mismatch.plant import FINE_STEP, run_plant
-
-__all__ = ["COMMON", "LOGS", "Outcome", "logs_of", "outcome_of", "table"]
 
 LOGS = ("morning", "noon", "evening")
 COMMON = ("inertia", "viscous_friction", "coulomb_friction")
@@ -66,12 +65,8 @@ class Outcome:
 def logs_of(seed: int, *, more_coulomb: float = 0.0) -> tuple[list[AxisLog], Setup, list[float]]:
     """Return three logs of one axis, the axis, and the delay of the effort of each log [s].
 
-    Parameters
-    ----------
-    seed
-        Of the set.
-    more_coulomb
-        Coulomb friction of the second log over that of the others, less one [-].
+    ``more_coulomb`` is the Coulomb friction of the second log over that of the others, less one
+    [-].
     """
     rng = np.random.default_rng([seed, 2718])
     kind: Kind = "linear" if seed % 2 == 0 else "rotary"
@@ -117,15 +112,7 @@ def logs_of(seed: int, *, more_coulomb: float = 0.0) -> tuple[list[AxisLog], Set
 
 
 def outcome_of(seed: int, *, more_coulomb: float = 0.0) -> Outcome:
-    """Return the result of one set of logs.
-
-    Parameters
-    ----------
-    seed
-        Of the set.
-    more_coulomb
-        As `logs_of` takes it.
-    """
+    """Return the result of one set of `logs_of`."""
     logs, axis, delays = logs_of(seed, more_coulomb=more_coulomb)
     joint = JointEstimator().fit(logs)
     singles = [SelectedModelEstimator().fit(log) for log in logs]
@@ -172,13 +159,7 @@ def _value(estimate: FrictionEstimate, name: str) -> tuple[float, float]:
 
 
 def table(same: Sequence[Outcome], different: Sequence[Outcome]) -> str:
-    """Return the results as a table in Markdown.
-
-    Parameters
-    ----------
-    same, different
-        Results of sets with equal friction, and of sets whose second log has more.
-    """
+    """Return the results of sets with equal and with different friction as a table in Markdown."""
     ok = [run for run in same if run.status is Status.OK]
     inside = np.array([list(run.inside) for run in ok if None not in run.inside], dtype=bool)
     ratio = np.array([run.std_ratio for run in ok])
@@ -187,51 +168,53 @@ def table(same: Sequence[Outcome], different: Sequence[Outcome]) -> str:
         np.nanmedian(errors[:, :, 0], axis=0),
         np.nanmedian(errors[:, :, 1:], axis=(0, 2)),
     )
-    lines = [
-        "| quantity | inertia | viscous friction | Coulomb friction | all |",
-        "|---|---:|---:|---:|---:|",
-        _row(
+    by_parameter = [
+        [
             "coverage of the 95 % intervals [%]",
-            [*(_rate(each) for each in inside.T), _rate(inside.ravel())],
-        ),
-        _row(
+            *(_rate(each) for each in inside.T),
+            _rate(inside.ravel()),
+        ],
+        [
             "standard deviation, joint over combined single fits, median [-]",
-            [*(f"{np.nanmedian(each):.2f}" for each in ratio.T), f"{np.nanmedian(ratio):.2f}"],
-        ),
-        _row(
+            *(f"{np.nanmedian(each):.2f}" for each in ratio.T),
+            f"{np.nanmedian(ratio):.2f}",
+        ],
+        [
             "median error, joint over single [-] (1/√3 = 0.58)",
-            [*(f"{each:.2f}" for each in joint / single), ""],
-        ),
-        "",
-        "| quantity | result |",
-        "|---|---:|",
-        f"| sets with equal friction | {len(same)} |",
-        f"| of these with status ok [%] | {_rate([run.status is Status.OK for run in same])} |",
-        f"| false alarms of the consistency test, nominal 1 % [%] | "
-        f"{_rate([bool(run.named) for run in same])} |",
-        "| p below 0.01 / below 0.05 / below 0.2 [%] | "
-        + " / ".join(_rate([run.p_value < level for run in same]) for level in (0.01, 0.05, 0.2))
-        + " |",
-        f"| coverage of the delays [%] | {_rate(np.repeat([True, False], _delays(same)))} |",
-        f"| sets with 10 % more Coulomb friction in {DIFFERENT} | {len(different)} |",
-        f"| of these detected [%] | {_rate([bool(run.named) for run in different])} |",
-        f"| detected, and that log and Coulomb friction named first [%] | "
-        f"{_rate([run.named == (DIFFERENT, 'coulomb_friction') for run in different])} |",
-        f"| difference named, median [%] | "
-        f"{100 * float(np.median([run.difference for run in different])):.1f} |"
-        if different
-        else "",
+            *(f"{each:.2f}" for each in joint / single),
+            "",
+        ],
     ]
-    return "\n".join(lines).rstrip() + "\n"
+    levels = (0.01, 0.05, 0.2)
+    named_first = [run.named == (DIFFERENT, "coulomb_friction") for run in different]
+    of_sets = {
+        "sets with equal friction": str(len(same)),
+        "of these with status ok [%]": _rate([run.status is Status.OK for run in same]),
+        "false alarms of the consistency test, nominal 1 % [%]": _rate(
+            [bool(run.named) for run in same]
+        ),
+        "p below 0.01 / below 0.05 / below 0.2 [%]": " / ".join(
+            _rate([run.p_value < level for run in same]) for level in levels
+        ),
+        "coverage of the delays [%]": _rate(np.repeat([True, False], _delays(same))),
+        f"sets with 10 % more Coulomb friction in {DIFFERENT}": str(len(different)),
+        "of these detected [%]": _rate([bool(run.named) for run in different]),
+        "detected, and that log and Coulomb friction named first [%]": _rate(named_first),
+    }
+    if different:
+        median = 100 * float(np.median([run.difference for run in different]))
+        of_sets["difference named, median [%]"] = f"{median:.1f}"
+    head = ("quantity", "inertia", "viscous friction", "Coulomb friction", "all")
+    parts = (
+        markdown.table(head, by_parameter, words=1),
+        markdown.table(("quantity", "result"), list(of_sets.items()), words=1),
+    )
+    return "\n".join(parts)
 
 
 def _delays(runs: Sequence[Outcome]) -> tuple[int, int]:
     inside = sum(run.delays_inside for run in runs)
     return inside, sum(run.delays for run in runs) - inside
-
-
-def _row(name: str, cells: Sequence[str]) -> str:
-    return f"| {name} | {' | '.join(cells)} |"
 
 
 def _rate(hits: Sequence[bool] | np.ndarray) -> str:

@@ -23,17 +23,6 @@ from stickslip.estimation import EnergyEstimator, ExtendedKalmanFilter
 from studies.mismatch.axes import moves, physical
 from studies.mismatch.cases import Recorded, record
 
-__all__ = [
-    "COVERAGE_CASES",
-    "ESTIMATORS",
-    "FAULTS",
-    "MISMATCH_CASES",
-    "Outcome",
-    "faulty",
-    "outcome_of",
-    "study",
-]
-
 ESTIMATORS = ("ekf", "energy", "energy, inertia unknown")
 PARAMETERS = ("viscous_friction", "coulomb_friction", "offset")
 COVERAGE_CASES = (
@@ -84,17 +73,7 @@ class Outcome:
 
 
 def estimator_for(name: str, recorded: Recorded, *, delay: float = 0.0) -> Estimator:
-    """Return an estimator with what a drive knows of the axis.
-
-    Parameters
-    ----------
-    name
-        One of `ESTIMATORS`.
-    recorded
-        The log and its axis.
-    delay
-        Known delay of the effort [samples].
-    """
+    """Return one of `ESTIMATORS` with what a drive knows of the axis, and a delay [samples]."""
     mass = recorded.setup.mass
     if name != "ekf":
         inertia = mass if name == "energy" else None
@@ -203,22 +182,9 @@ def study(
     delay: float = 0.0,
     first_seed: int = 0,
 ) -> list[Outcome]:
-    """Return the outcomes of runs of a case; with a fault, two moves after it.
+    """Return the outcomes of runs of a mismatch case; with one of `FAULTS`, two moves after it.
 
-    Parameters
-    ----------
-    estimator
-        One of `ESTIMATORS`.
-    case
-        Name of a case of the mismatch study.
-    runs
-        Number of recordings.
-    fault
-        One of `FAULTS`; None takes the whole log as it is.
-    delay
-        Known delay of the effort [samples].
-    first_seed
-        Of the recordings.
+    The delay of the effort [samples] is known to the estimator.
     """
     outcomes: list[Outcome] = []
     for seed in range(first_seed, first_seed + runs):

@@ -21,8 +21,6 @@ from stickslip.estimation import (
 from studies.mismatch.axes import physical
 from studies.mismatch.cases import Recorded, record
 
-__all__ = ["CASES", "Run", "main", "run"]
-
 CASES = (
     "noise",
     "noise_half",
@@ -99,13 +97,7 @@ def _rounding_noise(recorded: Recorded) -> NoiseLevels:
 
 
 def run(job: tuple[str, int]) -> Run:
-    """Record and identify one log.
-
-    Parameters
-    ----------
-    job
-        Case and seed.
-    """
+    """Record and identify the log of a case and a seed."""
     recorded = record(*job)
     start = time.process_time()
     estimate = ProcessNoiseLikelihoodEstimator().fit(recorded.log)

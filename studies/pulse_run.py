@@ -12,8 +12,6 @@ from stickslip.records import PositioningOutcome, PulseRecord
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
 from stickslip.tasks.positioning.recorder import Recorder
 
-__all__ = ["PulseRun", "run_pulses"]
-
 
 class PulseRun(NamedTuple):
     """A finished run of a pulse controller."""

@@ -9,7 +9,7 @@ with and without samples near reversals.
 
 import hashlib
 from argparse import ArgumentParser
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,9 +22,8 @@ from stickslip.logs import read_axes, read_schema
 from stickslip.records import AxisLog, FrictionEstimate
 from stickslip.tasks import axes_of_robot
 from studies.arm_regression import Chain, Friction, arm_friction
+from studies.markdown import table
 from studies.real_axes.sources import ExtraFile
-
-__all__ = ["FILES", "Published", "row"]
 
 _BENDS = ("two-thirds", "quadratic", "stribeck", "low speed")
 _CLOSE = 0.1  # of a published value [-]
@@ -220,7 +219,7 @@ def _ur10e(extra: Path) -> Iterator[Published]:
     yield from _published("UR10e", logs, slides.coulomb.tolist(), slides.viscous.tolist())
 
 
-def method_rows(extra: Path) -> Iterator[str]:
+def method_rows(extra: Path) -> Iterator[list[str]]:
     """Yield rows of the published friction of the UR10e, and of the published method on its log."""
     log, chain = _ur10e_log(extra), Chain.of(_checked(extra, "ur10e.urdf"), _UR10E_JOINTS)
     every, slides = (arm_friction(chain, **log, slowest=each) for each in (0.0, _SLOWEST))
@@ -233,7 +232,7 @@ def method_rows(extra: Path) -> Iterator[str]:
             for values in (getattr(each, kind) for each in (_UR10E_FRICTION, every, slides))
         ]
         more = 100.0 * (found[k] / published[k] - 1.0)
-        yield f"| UR10e {k + 1} | {' | '.join(cells)} | {speed[k]:.2f} rad/s: {more:+.1f} % |"
+        yield [f"UR10e {k + 1}", *cells, f"{speed[k]:.2f} rad/s: {more:+.1f} %"]
 
 
 def _gen3(extra: Path) -> Iterator[Published]:
@@ -311,29 +310,34 @@ def _published(
         yield Published(arm=arm, joint=str(k + 1), coulomb=coulomb[k], viscous=viscous[k], log=log)
 
 
-def row(published: Published) -> str:
+def row(published: Published) -> list[str]:
     """Return the row of a joint."""
     chosen = SelectedModelEstimator(exclude=_BENDS).fit(published.log)
     usual = SelectedModelEstimator().fit(published.log)
-    coulomb = _cell(chosen, "coulomb_friction", published.coulomb)
-    viscous = _cell(chosen, "viscous_friction", published.viscous)
+    coulomb = _cells(chosen, "coulomb_friction", published.coulomb)
+    viscous = _cells(chosen, "viscous_friction", published.viscous)
     terms = ", ".join(usual.selection.selected) if usual.selection else ""
-    return (
-        f"| {published.arm} {published.joint} | {chosen.status.value} | {published.coulomb:.3g} | "
-        f"{coulomb} | {published.viscous:.3g} | {viscous} | {usual.status.value}: {terms or '-'} |"
-    )
+    return [
+        f"{published.arm} {published.joint}",
+        chosen.status.value,
+        f"{published.coulomb:.3g}",
+        *coulomb,
+        f"{published.viscous:.3g}",
+        *viscous,
+        f"{usual.status.value}: {terms or '-'}",
+    ]
 
 
-def _cell(estimate: FrictionEstimate, name: str, published: float) -> str:
+def _cells(estimate: FrictionEstimate, name: str, published: float) -> tuple[str, str]:
     """Return an estimate with half of its interval, and how it compares."""
     parameter = estimate.parameters.get(name)
     if parameter is None or parameter.value is None or parameter.ci95 is None:
-        return "not identified |"
+        return "not identified", ""
     low, high = parameter.ci95
     close = abs(parameter.value - published) <= _CLOSE * abs(published)
     inside = low <= published <= high
     word = "inside" if inside else ("within 10 %" if close else "**outside**")
-    return f"{parameter.value:.3g} ± {0.5 * (high - low):.2g} | {word}"
+    return f"{parameter.value:.3g} ± {0.5 * (high - low):.2g}", word
 
 
 def main() -> None:
@@ -342,23 +346,18 @@ def main() -> None:
     parser.add_argument("--data", type=Path, required=True, help="folder with staubli_tx40")
     parser.add_argument("--extra", type=Path, required=True, help="folder with the other files")
     given = parser.parse_args()
-    titles = "joint;status;Coulomb, reference;found;;viscous, reference;found;;by default"
+    found = ("status", "Coulomb, reference", "found", "", "viscous, reference", "found", "")
     every = (
         *_tx40(given.data, given.extra),
         *_gen3(given.extra),
         *_ur10e(given.extra),
         *_panda(given.extra),
     )
-    print(_table(titles, (row(each) for each in every)))  # noqa: T201
+    print(table(["joint", *found, "by default"], [row(each) for each in every]))  # noqa: T201
     kinds = ("published", "all samples", "sliding")
     quantities = [f"{kind}, {each}" for kind in ("Coulomb", "viscous") for each in kinds]
-    titles = ";".join(["joint", *quantities, "median speed: friction, sliding to published"])
-    print(_table(titles, method_rows(given.extra)))  # noqa: T201
-
-
-def _table(titles: str, rows: Iterable[str]) -> str:
-    head = titles.split(";")
-    return "\n".join([f"| {' | '.join(head)} |", f"|{' --- |' * len(head)}", *rows, ""])
+    head = ["joint", *quantities, "median speed: friction, sliding to published"]
+    print(table(head, list(method_rows(given.extra))))  # noqa: T201
 
 
 if __name__ == "__main__":

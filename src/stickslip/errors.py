@@ -57,12 +57,12 @@ class StickslipError(Exception):
 
     @property
     def what(self) -> str:
-        """What is wrong, as a sentence without place and remedy."""
+        """The fault, as a sentence without place and remedy."""
         return self._rendered(str).what
 
     @property
     def remedy(self) -> str:
-        """What to do about it, as an instruction."""
+        """The remedy, as an instruction."""
         return self._rendered(str).remedy
 
     def sentence(self, naming: Callable[[str], str] = str) -> str:

@@ -1,1 +1,1 @@
-"""What makes the figures and the tables of the documentation; each module is one command."""
+"""Commands that make the figures and the tables of the documentation, one a module."""

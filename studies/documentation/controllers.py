@@ -11,7 +11,8 @@ from tempfile import TemporaryDirectory
 import matplotlib.pyplot as plt
 from rich.progress import Progress
 
-from studies.documentation.style import DOCS, FIGURES, no_arguments, style, table
+from studies.documentation.style import DOCS, FIGURES, no_arguments, style
+from studies.markdown import table
 from studies.van_de_wijdeven import reproduce_part_b
 from studies.van_de_wijdeven.part_b.contenders import HOW_TUNED, SUCCESSOR
 from studies.van_de_wijdeven.records import ControllerScore, PulseReproduction, ResolutionScore

@@ -32,6 +32,7 @@ from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
 from studies.documentation.style import DOCS
+from studies.markdown import table
 
 PAGE = DOCS / "theory" / "estimators.md"
 RUNS, MANY = 40, 200
@@ -115,12 +116,6 @@ def ar1(seed: int, deviation: float) -> np.ndarray:
     for k in range(1, steps.size):
         force[k] = SLOW_AR * force[k - 1] + steps[k]
     return force
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
-    return "\n".join(lines) + "\n"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,8 @@ from os import cpu_count
 import numpy as np
 from rich.progress import track
 
-from studies.documentation.style import DOCS, table
+from studies.documentation.style import DOCS
+from studies.markdown import table
 from studies.van_de_wijdeven.conjunction.cases import BOUND, CASES
 from studies.van_de_wijdeven.conjunction.contenders import HOW_COMPARED, LANDINGS
 from studies.van_de_wijdeven.conjunction.random_arms import random_arms

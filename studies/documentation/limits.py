@@ -15,7 +15,8 @@ from stickslip import EstimationTask
 from stickslip.records import EstimatorScore, EstimatorStudy, ParameterScore
 from stickslip.scenario import StudyFile, read_study
 from stickslip.tasks import compare_scenario
-from studies.documentation.style import DOCS, table
+from studies.documentation.style import DOCS
+from studies.markdown import table
 
 RUNS = 400
 SCENARIOS = DOCS.parent / "examples" / "comparisons"

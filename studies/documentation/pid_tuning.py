@@ -12,6 +12,7 @@ import numpy as np
 from rich import print as say
 
 from studies.documentation.style import DOCS, no_arguments
+from studies.markdown import table
 from studies.van_de_wijdeven.part_b.contenders import HOW_TUNED, PID_TUNINGS
 from studies.van_de_wijdeven.part_b.pid_tuning import (
     FASTEST,
@@ -48,10 +49,10 @@ HEAD = (
 PAGE = DOCS / "theory" / "pid-tuning.md"
 
 
-def row(tuning: PIDTuning, score: ControllerScore) -> str:
+def row(tuning: PIDTuning, score: ControllerScore) -> list[str]:
     """Return a row of the table."""
     dithered = tuning.dither > 0.0
-    cells = (
+    return [
         f"{tuning.bandwidth:g}",
         f"{tuning.phase_margin:g}",
         f"{tuning.integral_ratio:g}",
@@ -61,8 +62,7 @@ def row(tuning: PIDTuning, score: ControllerScore) -> str:
         f"{100.0 * score.within_tolerance:.1f}",
         f"{100.0 * score.hunting:.1f}",
         "never" if score.median_time is None else f"{score.median_time:.2f}",
-    )
-    return "| " + " | ".join(cells) + " |"
+    ]
 
 
 def main() -> None:
@@ -90,9 +90,8 @@ def main() -> None:
         )
         chosen = "as used" if found[0][0] == PID_TUNINGS[name] else "NOT as used"
         say(f"{name}: {found[0][0]}, {chosen}")
-        head = ["| " + " | ".join(HEAD) + " |", "|" + " --- |" * len(HEAD)]
         rows = [row(*each) for each in found[:SHOWN]]
-        parts.append("\n".join([f"## {name}\n", f"{len(found)} tried.\n", *head, *rows]) + "\n")
+        parts.append(f"## {name}\n\n{len(found)} tried.\n\n{table(HEAD, rows)}")
     PAGE.write_text("\n".join(parts), encoding="utf-8")
 
 

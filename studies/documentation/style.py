@@ -1,7 +1,6 @@
-"""The look that all figures of the documentation share, its folders, and tables in Markdown."""
+"""The look that all figures of the documentation share, and its folders."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
@@ -9,19 +8,6 @@ import matplotlib as mpl
 mpl.use("agg")
 
 import matplotlib.pyplot as plt  # the backend is chosen first
-
-__all__ = [
-    "BLUE",
-    "DOCS",
-    "FIGURES",
-    "GREEN",
-    "GREY",
-    "ORANGE",
-    "no_arguments",
-    "save",
-    "style",
-    "table",
-]
 
 DOCS = Path(__file__).parents[2] / "docs"
 FIGURES = DOCS / "figures"
@@ -58,9 +44,3 @@ def save(figure: plt.Figure, name: str) -> None:
     FIGURES.mkdir(exist_ok=True)
     figure.savefig(FIGURES / name, metadata={"Software": None})
     plt.close(figure)
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
-    return "\n".join(lines) + "\n"

@@ -9,16 +9,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from rich.progress import Progress
 
-from studies.documentation.style import (
-    BLUE,
-    DOCS,
-    FIGURES,
-    ORANGE,
-    no_arguments,
-    save,
-    style,
-    table,
-)
+from studies.documentation.style import BLUE, DOCS, FIGURES, ORANGE, no_arguments, save, style
+from studies.markdown import table
 from studies.van_de_wijdeven import reproduce_part_a
 from studies.van_de_wijdeven.records import Reproduction, VariantScore
 

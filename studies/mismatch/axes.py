@@ -13,22 +13,6 @@ from jaxtyping import Bool, Float
 
 from studies.mismatch.plant import Controller, Plant
 
-__all__ = [
-    "CYCLE",
-    "SETTLING",
-    "Motion",
-    "Setup",
-    "Stroke",
-    "controller_of",
-    "draw_setup",
-    "friction_curve",
-    "motion_of",
-    "moves",
-    "physical",
-    "scales",
-    "true_values",
-]
-
 CYCLE = 1e-3
 """Nominal period of the controller [s]."""
 
@@ -140,18 +124,7 @@ def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
 def draw_setup(rng: np.random.Generator, kind: Kind, seed: int) -> Setup:
     """Draw an axis with Coulomb and viscous friction and an offset.
 
-    Parameters
-    ----------
-    rng
-        Source of chance.
-    kind
-        ``"linear"`` or ``"rotary"``.
-    seed
-        Number of the recording.
-
-    Returns
-    -------
-    The setup; its log has effort noise and an encoder, and no other imperfection.
+    Its log has effort noise and an encoder, and no other imperfection.
     """
     linear = kind == "linear"
     move_time, ramp_time = rng.uniform(0.85, 1.0), rng.uniform(0.15, 0.3)
@@ -337,12 +310,7 @@ def scales(setup: Setup) -> dict[str, float]:
 def friction_curve(setup: Setup, velocity: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
     """Return the true effort at constant velocity, offset included, without position loads [N].
 
-    Parameters
-    ----------
-    setup
-        The axis; a drift is taken at mid-time.
-    velocity
-        Velocities, none of them zero [m/s or rad/s].
+    A drift is taken at mid-time; no velocity [m/s or rad/s] may be zero.
     """
     plant = physical(setup)
     speed, positive = np.abs(velocity), velocity > 0

@@ -20,11 +20,10 @@ from rich.console import Console
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
+from studies.markdown import table
 from studies.mismatch.axes import CYCLE, physical
 from studies.mismatch.cases import Recorded, record
 from studies.mismatch.judgement import LARGE_ERROR
-
-__all__ = ["main", "relative_bounds", "unavoidable_rate"]
 
 CASES = ("noise", "noise_double", "noise_fourfold", "correlated_098", "correlated_0998")
 EVERY = 4
@@ -38,12 +37,7 @@ NORMAL_95 = 1.959963984540054
 def relative_bounds(recorded: Recorded) -> Float[np.ndarray, " 4"]:
     """Return the standard deviations of mass, viscous, Coulomb friction and offset over the truth.
 
-    The offset is compared with Coulomb friction.
-
-    Parameters
-    ----------
-    recorded
-        A log of a noise case.
+    The log is one of a noise case. The offset is compared with Coulomb friction.
     """
     run, setup, plant = recorded.run, recorded.setup, physical(recorded.setup)
     velocity = 0.5 * (run.velocity[1:] + run.velocity[:-1])
@@ -67,10 +61,7 @@ def relative_bounds(recorded: Recorded) -> Float[np.ndarray, " 4"]:
 def unavoidable_rate(bounds: Sequence[Float[np.ndarray, " 4"]]) -> float:
     """Return the mean rate of critical results with exact 95 % intervals [-].
 
-    Parameters
-    ----------
-    bounds
-        Relative standard deviations of each log.
+    The bounds are those of each log.
     """
     beyond = np.maximum(NORMAL_95, LARGE_ERROR / np.array(bounds))
     return float(np.mean(1.0 - np.prod(1.0 - 2.0 * norm.sf(beyond), axis=1)))
@@ -82,15 +73,13 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", choices=CASES, default=CASES, metavar="CASE")
     parser.add_argument("--runs", type=int, default=20, help="recordings a case (default 20)")
     given = parser.parse_args()
-    console = Console(width=120)
-    print_ = console.print
-    print_("| case | runs | mass [%] | viscous [%] | Coulomb [%] | offset [%] | critical [%] |")
-    print_("|---|---:|---:|---:|---:|---:|---:|")
+    rows: list[list[str]] = []
     for case in given.cases:
         bounds = [relative_bounds(record(case, seed)) for seed in range(given.runs)]
-        medians = " | ".join(f"{100 * value:.2g}" for value in np.median(bounds, axis=0))
-        rate = 100 * unavoidable_rate(bounds)
-        print_(f"| {case} | {given.runs} | {medians} | {rate:.1f} |")
+        medians = [f"{100 * value:.2g}" for value in np.median(bounds, axis=0)]
+        rows.append([case, str(given.runs), *medians, f"{100 * unavoidable_rate(bounds):.1f}"])
+    quantities = (f"{name} [%]" for name in ("mass", "viscous", "Coulomb", "offset", "critical"))
+    Console(width=120).print(table(["case", "runs", *quantities], rows, words=1), markup=False)
 
 
 if __name__ == "__main__":

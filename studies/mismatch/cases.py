@@ -26,8 +26,6 @@ from studies.mismatch.axes import (
 from studies.mismatch.effects import EFFECTS, Columns
 from studies.mismatch.plant import FINE_STEP, Plant, Run, run_plant
 
-__all__ = ["CASES", "Case", "Group", "Recorded", "record"]
-
 Group = Literal["ideal", "noise", "in_class", "unmodelled"]
 
 
@@ -207,19 +205,7 @@ def _generator(*words: str | int) -> np.random.Generator:
 
 
 def record(case_name: str, seed: int) -> Recorded:
-    """Simulate an axis and record its log; case and seed determine both.
-
-    Parameters
-    ----------
-    case_name
-        One of `CASES`.
-    seed
-        Number of the recording, from 0 on.
-
-    Returns
-    -------
-    The log and the truth behind it.
-    """
+    """Simulate an axis of one of `CASES` and record its log; case and seed determine both."""
     case = CASES[case_name]
     setup = draw_setup(_generator(case.name, seed), case.kinds[seed % len(case.kinds)], seed)
     for name in case.effects:

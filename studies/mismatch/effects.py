@@ -15,8 +15,6 @@ from scipy.signal import lfilter
 from studies.mismatch.axes import CYCLE, Setup, with_speed
 from studies.mismatch.plant import Run
 
-__all__ = ["EFFECTS", "Columns", "Effect"]
-
 Rng = np.random.Generator
 
 

@@ -13,8 +13,6 @@ from stickslip import InputError, identify
 from stickslip.records import FrictionEstimate, Identification
 from studies.mismatch.cases import Recorded, record
 
-__all__ = ["LARGE_ERROR", "Judged", "judge_run"]
-
 LARGE_ERROR = 0.05
 """A relative error above this one is critical if the status is ``ok`` [-]."""
 
@@ -56,19 +54,11 @@ class Judged:
 def judge_run(case_name: str, seed: int, options: Mapping[str, Any]) -> dict[str, Any]:
     """Record one log, identify it and compare; return plain JSON types.
 
-    Parameters
-    ----------
-    case_name, seed
-        The recording.
-    options
-        Keyword arguments for ``identify`` beside those of the case.
-
-    Returns
-    -------
-    ``case``, ``seed``, ``status`` (of the estimate, ``refused: ...`` or ``crash: ...``),
-    ``seconds``; of an estimate also ``ok``, ``model``, ``plain``, ``notes``, ``parameters``,
-    ``unjudged`` (reported, without one true value), ``curve``, ``outside``, ``critical``,
-    ``delay``, ``true_delay`` [samples].
+    ``options`` are arguments of ``identify`` beside those of the case. The keys are ``case``,
+    ``seed``, ``status`` (of the estimate, ``refused: ...`` or ``crash: ...``), ``seconds``; of an
+    estimate also ``ok``, ``model``, ``plain``, ``notes``, ``parameters``, ``unjudged`` (reported,
+    without one true value), ``curve``, ``outside``, ``critical``, ``delay``, ``true_delay``
+    [samples].
     """
     recorded = record(case_name, seed)
     run: dict[str, Any] = {"case": case_name, "seed": seed}

@@ -19,8 +19,6 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-__all__ = ["FINE_STEP", "Controller", "HeldPlant", "Plant", "Run", "run_plant"]
-
 FINE_STEP = 20e-6
 """Integration step [s]."""
 
@@ -118,30 +116,12 @@ def run_plant(
     initial_velocity: float = 0.0,
     initial_effort: float = 0.0,
 ) -> Run:
-    """Simulate the axis from its first reference position on.
+    """Simulate the axis from its first reference position on, at the instants of the controller.
 
-    Parameters
-    ----------
-    plant, controller
-        The axis and its controller.
-    reference_position, reference_velocity
-        References at the instants of the controller [m, m/s].
-    feedforward
-        Effort added to that of the controller [N].
-    integrate
-        Weight of the integral action [-]: 1 where it is on, 0 where it is held.
-    disturbance
-        Force against the positive direction, held over each sample [N].
-    fine_steps
-        Number of fine steps from each instant to the next [-].
-    initial_velocity
-        Of both bodies [m/s].
-    initial_effort
-        Of the integral action, such as the effort that holds a load [N].
-
-    Returns
-    -------
-    The run at the instants of the controller.
+    ``feedforward`` is added to the effort of the controller [N]; ``integrate`` is 1 where its
+    integral action is on, 0 where it is held; ``disturbance`` acts against the positive direction,
+    held over each sample [N]. The initial velocity [m/s] is that of both bodies, the initial effort
+    [N] that of the integral action.
     """
     time = FINE_STEP * np.concatenate(([0.0], np.cumsum(fine_steps[:-1], dtype=float)))
     columns = _run(
@@ -494,14 +474,8 @@ def _run(
 class HeldPlant:
     """The axis in the loop of any controller: efforts are held from sample to sample.
 
-    Parameters
-    ----------
-    plant
-        The axis; its drifts, encoder and limit are not used.
-    start
-        Position at rest [m].
-    steps
-        Fine steps of a sample [-].
+    It starts at rest at ``start`` [m], with so many fine ``steps`` a sample. Drifts, encoder and
+    limit of the plant are not used.
     """
 
     def __init__(self, plant: Plant, *, start: float, steps: int) -> None:

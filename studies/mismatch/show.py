@@ -9,19 +9,9 @@ from matplotlib.figure import Figure
 from studies.mismatch.axes import motion_of, physical
 from studies.mismatch.cases import CASES, Recorded
 
-__all__ = ["draw"]
-
 
 def draw(recorded: Recorded, file: Path) -> None:
-    """Write a figure of position, velocity and effort of a log, and of friction over velocity.
-
-    Parameters
-    ----------
-    recorded
-        The log and the truth behind it.
-    file
-        PNG file to write.
-    """
+    """Write a PNG of position, velocity and effort of a log, and of friction over velocity."""
     log, run, plant = recorded.log, recorded.run, physical(recorded.setup)
     figure = Figure(figsize=(15, 11), layout="constrained")
     FigureCanvasAgg(figure)

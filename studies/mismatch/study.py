@@ -1,7 +1,5 @@
 """Run the study: record, identify, judge, and save."""
 
-import json
-import math
 import os
 import signal
 import sys
@@ -23,10 +21,10 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from stickslip.outputs import write_whole
+from stickslip.tasks import write_json
 from studies.mismatch.cases import CASES
 from studies.mismatch.summary import markdown, summarize
-
-__all__ = ["SCHEMA_VERSION", "Study", "run_study", "save"]
 
 SCHEMA_VERSION = 1
 
@@ -54,14 +52,7 @@ class Study:
 def run_study(study: Study) -> tuple[list[dict[str, Any]], bool]:
     """Run a study with a progress bar.
 
-    Parameters
-    ----------
-    study
-        Its cases and options.
-
-    Returns
-    -------
-    The runs that ended, in the order of the tasks, and whether these are all.
+    Return the runs that ended, in the order of the tasks, and whether these are all.
     """
     runs: list[dict[str, Any]] = []
     columns = (
@@ -135,21 +126,7 @@ def _pool(processes: int) -> ProcessPoolExecutor:
 def save(
     folder: Path, study: Study, runs: Sequence[Mapping[str, Any]], *, complete: bool, command: str
 ) -> tuple[Path, Path]:
-    """Write ``results.json`` and ``table.md``.
-
-    Parameters
-    ----------
-    folder
-        Folder of the files; made if it does not exist.
-    study, runs, complete
-        The study, its runs, and whether these are all.
-    command
-        Command line, for the record.
-
-    Returns
-    -------
-    Both files.
-    """
+    """Write ``results.json`` and ``table.md``, with the command line, and return both files."""
     import stickslip
 
     summary = summarize(runs)
@@ -166,28 +143,7 @@ def save(
     }
     folder.mkdir(parents=True, exist_ok=True)
     results, table = folder / "results.json", folder / "table.md"
-    _write(results, json.dumps(_finite(document), indent=1, allow_nan=False) + "\n")
+    write_json(document, results)
     title = "Model mismatch" if complete else "Model mismatch (incomplete)"
-    _write(table, markdown(summary, title))
+    write_whole(table, markdown(summary, title).encode())
     return results, table
-
-
-def _finite(value: Any) -> Any:
-    """Return plain JSON types with null for numbers that are not finite."""
-    if isinstance(value, Mapping):
-        return {str(key): _finite(part) for key, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(part) for part in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value
-
-
-def _write(file: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    partial = file.with_name(f".{file.name}.{os.getpid()}")
-    try:
-        partial.write_text(text)
-        partial.replace(file)
-    finally:
-        partial.unlink(missing_ok=True)

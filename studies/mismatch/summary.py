@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
+from studies.markdown import table
 from studies.mismatch.cases import CASES
 from studies.mismatch.judgement import LARGE_ERROR
-
-__all__ = ["markdown", "nominal_rate", "summarize", "wilson"]
 
 Run = Mapping[str, Any]
 
@@ -39,17 +38,7 @@ def wilson(count: int, total: int) -> tuple[float, float]:
 
 
 def summarize(runs: Sequence[Run]) -> dict[str, Any]:
-    """Return the summary of every case that has runs, and of all runs together.
-
-    Parameters
-    ----------
-    runs
-        As `judgement.judge_run` returns them.
-
-    Returns
-    -------
-    ``cases``: by name; ``all``: the same numbers over all cases.
-    """
+    """Return the summary of every case that has runs, ``cases``, and of all together, ``all``."""
     cases = {
         name: _summary([run for run in runs if run["case"] == name])
         for name in CASES
@@ -116,11 +105,6 @@ def nominal_rate(parameters: Iterable[Mapping[str, float]]) -> float:
     """Return the probability of a critical result with intervals of exactly 95 % [-].
 
     The intervals have the reported widths. Errors are taken as normal and independent.
-
-    Parameters
-    ----------
-    parameters
-        Value, truth, relative error and interval of each.
     """
     kept = 1.0
     for each in parameters:
@@ -198,34 +182,25 @@ def _pooled(case: Mapping[str, Any], part: str, value: str) -> float | None:
 
 
 def markdown(summary: Mapping[str, Any], title: str) -> str:
-    """Return the summary as Markdown tables.
-
-    Parameters
-    ----------
-    summary
-        As `summarize` returns it.
-    title
-        First line.
-    """
-    lines = [
-        f"# {title}",
-        "",
+    """Return what `summarize` returned as Markdown tables below a title."""
+    about = (
         "Rates in per cent. *outside*: `ok`, and the true value of a reported parameter outside "
         "its 95 % interval. *critical*: the same, and its error above 5 % (offset: of Coulomb "
         "friction); in brackets the Wilson 95 % bounds. *nominal*: the rate of critical results if "
         "intervals of these widths held with exactly 95 %. *curve*: the friction curve at twenty "
         "driven velocities. *coverage* and *RMSE* are of `ok` runs. A criterion marked (!) is "
-        "missed by more than chance.",
-        "",
-        "| case | group | runs | ok | outside | critical | nominal | curve critical | "
-        + " | ".join(f"{part} cov." for part in _MAIN)
-        + " | curve cov. | "
-        + " | ".join(f"{part} RMSE" for part in _MAIN)
-        + " | plain | time [s] |",
-        "|---|---|" + "---:|" * 18,
+        "missed by more than chance."
+    )
+    head = [
+        *("case", "group", "runs", "ok", "outside", "critical", "nominal", "curve critical"),
+        *(f"{part} cov." for part in _MAIN),
+        "curve cov.",
+        *(f"{part} RMSE" for part in _MAIN),
+        *("plain", "time [s]"),
     ]
-    rows = [(name, case, case["group"]) for name, case in summary["cases"].items()]
-    for name, case, group in [*rows, ("**all**", summary["all"], "")]:
+    rates: list[list[str]] = []
+    cases = [(name, case, case["group"]) for name, case in summary["cases"].items()]
+    for name, case, group in [*cases, ("**all**", summary["all"], "")]:
         low, high = case["critical_bounds"]
         cells = [
             name,
@@ -242,17 +217,15 @@ def markdown(summary: Mapping[str, Any], title: str) -> str:
             _percent(case["plain"]),
             f"{case['median_seconds']:.2f}",
         ]
-        lines.append("| " + " | ".join(cells) + " |")
-    lines += [
-        "",
-        "| case | statuses | models of `ok` runs | criteria not met |",
-        "|---|---|---|---|",
-    ]
+        rates.append(cells)
+    found: list[list[str]] = []
     for name, case in summary["cases"].items():
         statuses = "; ".join(f"{_cell(s)} {n}" for s, n in case["statuses"].items())
         models = "; ".join(f"{_cell(m)} ({n})" for m, n in case["models"].items())
-        lines.append(f"| {name} | {statuses} | {models} | {'; '.join(case['failed'])} |")
-    return "\n".join(lines) + "\n"
+        found.append([name, statuses, models, "; ".join(case["failed"])])
+    results = ("case", "statuses", "models of `ok` runs", "criteria not met")
+    parts = (f"# {title}\n", f"{about}\n", table(head, rates, words=2), table(results, found))
+    return "\n".join(parts)
 
 
 def _cell(text: str) -> str:

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.progress import track
 
 from stickslip.tasks.parallel import in_parallel
-from studies.documentation.style import DOCS, table
+from studies.documentation.style import DOCS
+from studies.markdown import table
 from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES, Case
 from studies.positioning_faults.run import Axis, Outcome, arms, axes, move_axis
 

@@ -7,8 +7,6 @@ import numpy as np
 
 from studies.mismatch.plant import Plant
 
-__all__ = ["ARM_CASES", "AXIS_CASES", "Case", "Channels"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:

@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.progress import track
 
 from stickslip.control.landing.tuning import APPROACH, LANDING, LEARNING, TRACKING
-from studies.documentation.style import table
+from studies.markdown import table
 from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES, Case
 from studies.positioning_faults.run import Axis, Outcome, arms, axes, move_axis
 

@@ -13,7 +13,7 @@ import numpy as np
 from rich.progress import track
 from scipy.integrate import quad
 
-from studies.documentation.style import table
+from studies.markdown import table
 from studies.mismatch.plant import FINE_STEP, HeldPlant
 from studies.positioning_faults.cases import AXIS_CASES, Case
 from studies.positioning_faults.run import PUSHED, Axis, axes, move_axis

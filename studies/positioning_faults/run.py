@@ -24,9 +24,7 @@ from stickslip.scenario import (
     table_from,
 )
 from studies.mismatch.plant import FINE_STEP, HeldPlant, Plant
-from studies.positioning_faults.cases import Case
-
-__all__ = ["PUSHED", "Axis", "Outcome", "arms", "axes", "move_axis"]
+from studies.positioning_faults.cases import Case, Channels
 
 _PLANNED, _ANGLE = 0.02, 0.06  # samples of the plans of the shortest times: time [s], swing [rad]
 PUSHED = 0.05  # duration of a push [s]
@@ -105,46 +103,63 @@ class Outcome:
     why: tuple[str, ...]  #: Reasons of the controller, of each move.
 
 
+def symmetric(
+    mass: float,
+    friction: tuple[float, float, float],
+    *,
+    stribeck_velocity: float,
+    load: tuple[float, float] = (0.0, 0.0),
+) -> Plant:
+    """Return a plant with the same friction in both directions.
+
+    ``friction`` is its Coulomb friction, its viscous friction, and the ratio of static to Coulomb
+    friction; ``load`` the mass 2 of an arm and the stiffness of its spring.
+    """
+    coulomb, viscous, static_ratio = friction
+    return Plant(
+        mass=mass,
+        coulomb_positive=coulomb,
+        coulomb_negative=coulomb,
+        viscous_positive=viscous,
+        viscous_negative=viscous,
+        static_ratio=static_ratio,
+        stribeck_velocity=stribeck_velocity,
+        load_mass=load[0],
+        coupling_stiffness=load[1],
+    )
+
+
+def axis_table(plant: Plant) -> dict[str, Any]:
+    """Return the table ``[axis]`` of a symmetric plant."""
+    arm = {"load_mass": plant.load_mass, "stiffness": plant.coupling_stiffness}
+    return {
+        "mass": plant.mass,
+        **(arm if plant.load_mass > 0.0 else {}),
+        "coulomb_friction": plant.coulomb_positive,
+        "viscous_friction": plant.viscous_positive,
+        "static_friction": plant.static_ratio * plant.coulomb_positive,
+    }
+
+
 def axes(count: int, seed: int, *, method: str, sampling_time: float, ratio: float) -> list[Axis]:
     """Draw axes around that of van de Wijdeven (2002), part B, Table 1.
 
-    Parameters
-    ----------
-    count, seed
-        How many, and of the generator.
-    method
-        Of the controller.
-    sampling_time
-        [s].
-    ratio
-        Effort limit over Coulomb friction [-].
+    ``ratio`` is the effort limit over Coulomb friction [-].
     """
     generator = np.random.default_rng(seed)
     drawn: list[Axis] = []
     for _ in range(count):
         m, f, c = np.array([150.0, 100.0, 700.0]) * 2.0 ** generator.uniform(-1.0, 1.0, 3)
-        static = float(generator.uniform(1.05, 1.3))
+        friction = f, c, float(generator.uniform(1.05, 1.3))
+        plant = symmetric(m, friction, stribeck_velocity=1e-3)
         wrong = 1.0 + generator.uniform(-0.3, 0.3, 2)
         body = 1.0 + float(generator.uniform(-0.05, 0.05))
         target = float(generator.choice([-1.0, 1.0]) * generator.uniform(2e-3, 2e-2))
         drawn.append(
             Axis(
-                plant=Plant(
-                    mass=m,
-                    coulomb_positive=f,
-                    coulomb_negative=f,
-                    viscous_positive=c,
-                    viscous_negative=c,
-                    static_ratio=static,
-                    stribeck_velocity=1e-3,
-                ),
+                plant=plant,
                 tables={
-                    "axis": {
-                        "mass": m,
-                        "coulomb_friction": f,
-                        "viscous_friction": c,
-                        "static_friction": static * f,
-                    },
+                    "axis": axis_table(plant),
                     "controller": {"method": method, "effort_limit": ratio * f},
                     "guess": {
                         "mass": body * m,
@@ -174,25 +189,17 @@ def arms(
     duration: float = 100.0,
     sampling_time: float = 0.02,
 ) -> list[Axis]:
-    """Draw arms around that of van de Wijdeven (2002), part A; two moves each.
+    """Draw arms around that of van de Wijdeven (2002), part A; two moves each of a duration [s].
 
-    Parameters
-    ----------
-    count, seed
-        How many, and of the generator.
-    known
-        Whether friction is known within 5 %; otherwise nothing is known of it.
-    method
-        Of the controller.
-    duration, sampling_time
-        Of a move, and of the controller [s].
+    ``known`` is whether friction is known within 5 %; otherwise nothing is known of it.
     """
     generator = np.random.default_rng(seed)
     drawn: list[Axis] = []
     for _ in range(count):
         draw = _FACTOR ** generator.uniform(-1.0, 1.0, 5)
         m1, m2, ks, f, c = (np.array([1.0, 1.0, 1.0, 0.1, 0.1]) * draw).tolist()
-        static = float(generator.uniform(1.0, 1.3))
+        friction = f, c, float(generator.uniform(1.0, 1.3))
+        plant = symmetric(m1, friction, stribeck_velocity=1e-3, load=(m2, ks))
         wrong = 1.0 + generator.uniform(-0.05, 0.05, 2)
         ways = generator.choice([-1.0, 1.0], 2) * generator.uniform(0.7, 1.3, 2)
         guess = {
@@ -202,26 +209,9 @@ def arms(
         }
         drawn.append(
             Axis(
-                plant=Plant(
-                    mass=m1,
-                    coulomb_positive=f,
-                    coulomb_negative=f,
-                    viscous_positive=c,
-                    viscous_negative=c,
-                    static_ratio=static,
-                    stribeck_velocity=1e-3,
-                    load_mass=m2,
-                    coupling_stiffness=ks,
-                ),
+                plant=plant,
                 tables={
-                    "axis": {
-                        "mass": m1,
-                        "load_mass": m2,
-                        "stiffness": ks,
-                        "coulomb_friction": f,
-                        "viscous_friction": c,
-                        "static_friction": static * f,
-                    },
+                    "axis": axis_table(plant),
                     "controller": {"method": method, "effort_limit": 1.0},
                     "guess": guess if known else {},
                 },
@@ -314,7 +304,7 @@ def move_axis(axis: Axis, case: Case) -> Outcome:
                 peak = peak if raised else np.inf
                 effort = 0.0
             peak = max(peak, abs(effort) / limit)
-            plant.advance(_sent(axis, case, effort, limit, generator), _push(axis, case, k, limit))
+            plant.advance(_sent(channels, effort, limit, generator), _push(axis, case, k, limit))
             farthest = max(farthest, (x - high) / lengths[move], (low - x) / lengths[move])
             left = left or not allowed[0] <= x <= allowed[1]
             off = abs(x - target)
@@ -388,12 +378,8 @@ def _differences(
     return (position - last.measured_position) / T, (load - last.measured_load_position) / T
 
 
-def _sent(
-    axis: Axis, case: Case, effort: float, limit: float, generator: np.random.Generator
-) -> float:
+def _sent(channels: Channels, effort: float, limit: float, generator: np.random.Generator) -> float:
     """Return the effort that acts."""
-    del axis
-    channels = case.channels
     gain = channels.gain * (1.0 + channels.effort_noise * float(generator.normal()))
     if channels.effort_step > 0.0:
         effort = channels.effort_step * limit * round(effort / (channels.effort_step * limit))

@@ -13,10 +13,10 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from studies.documentation.style import table
+from studies.markdown import table
 from studies.mismatch.plant import Plant
 from studies.positioning_faults.cases import Case, Channels
-from studies.positioning_faults.run import Axis, Outcome, move_axis
+from studies.positioning_faults.run import Axis, Outcome, axis_table, move_axis, symmetric
 
 _FAULTS = ("none", "delay", "lag", "presliding", "directions", "load", "gain")
 _POSITIONS = ("exact", "noise of 1/10", "encoder step of 1/10", "encoder step of 1/2")
@@ -61,15 +61,7 @@ def varied(seed: int) -> Drawn:
     side = g.choice([-1.0, 1.0])
     back = g.choice([-1.0, 1.0]) * g.uniform(0.05, 1.5)
     targets = float(side * way), float(side * way + back * way)
-    plant = Plant(
-        mass=m,
-        coulomb_positive=F,
-        coulomb_negative=F,
-        viscous_positive=c,
-        viscous_negative=c,
-        static_ratio=float(static),
-        stribeck_velocity=float(stribeck),
-    )
+    plant = symmetric(m, (F, c, float(static)), stribeck_velocity=float(stribeck))
     noise, step = {
         "exact": (0.0, 0.0),
         "noise of 1/10": (0.1, 0.0),
@@ -82,12 +74,7 @@ def varied(seed: int) -> Drawn:
     axis = Axis(
         plant=_faulty(plant, fault, g, T, tolerance),
         tables={
-            "axis": {
-                "mass": m,
-                "coulomb_friction": F,
-                "viscous_friction": c,
-                "static_friction": static * F,
-            },
+            "axis": axis_table(plant),
             "controller": {"method": "precise", "effort_limit": ratio * F},
             "guess": {"mass": m} if guess == "mass alone" else {"mass": body * m, **friction},
         },

@@ -12,9 +12,8 @@ from math import pi
 import numpy as np
 from rich.console import Console
 
-from studies.mismatch.plant import Plant
 from studies.positioning_faults.cases import Case, Channels, Noise, damped
-from studies.positioning_faults.run import Axis, shortest
+from studies.positioning_faults.run import Axis, axis_table, shortest, symmetric
 from studies.positioning_faults.varied import MOVES, PERIODS, Drawn, study
 
 _SWINGS = 8.0  # half swings that a move may take at least
@@ -52,27 +51,13 @@ def varied_arm(seed: int, *, known: bool) -> Drawn:
         "friction_uncertainty": _UNSURE,
     }
     fault = str(g.choice(_FAULTS))
+    plant = symmetric(
+        m1, (F, c, static), stribeck_velocity=1e-2 * way * w / pi, load=(m2, m2 * w**2)
+    )
     axis = Axis(
-        plant=Plant(
-            mass=m1,
-            coulomb_positive=F,
-            coulomb_negative=F,
-            viscous_positive=c,
-            viscous_negative=c,
-            static_ratio=static,
-            stribeck_velocity=1e-2 * way * w / pi,
-            load_mass=m2,
-            coupling_stiffness=m2 * w**2,
-        ),
+        plant=plant,
         tables={
-            "axis": {
-                "mass": m1,
-                "load_mass": m2,
-                "stiffness": m2 * w**2,
-                "coulomb_friction": F,
-                "viscous_friction": c,
-                "static_friction": static * F,
-            },
+            "axis": axis_table(plant),
             "controller": {"method": "tracked", "effort_limit": limit},
             "guess": guess if known else {},
         },

@@ -13,10 +13,12 @@ from cyclopts import App, Parameter
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from stickslip.outputs import write_whole
+from stickslip.tasks import write_json
 from studies.real_axes.contents import Contents, contents_of
 from studies.real_axes.logs import RealLog, load_extra_logs, load_logs
 from studies.real_axes.study import Judgement, judge
-from studies.real_axes.tables import page, results, summary, write_whole
+from studies.real_axes.tables import page, results, summary
 
 _STEPS = 4
 
@@ -103,12 +105,12 @@ def run(
                     found[log.name] = made
             if judged:
                 # After each log, so that an interrupted study leaves what it had.
-                write_whole(out / "results.json", results(judgements, found, missing))
-                write_whole(out / "table.md", page(judgements, found, missing))
+                write_json(results(judgements, found, missing), out / "results.json")
+                write_whole(out / "table.md", page(judgements, found, missing).encode())
     if contents and not judged:
         from studies.real_axes.tables import contents_table
 
-        write_whole(out / "contents.md", contents_table(found) + "\n")
+        write_whole(out / "contents.md", contents_table(found).encode())
     for line in summary(judgements) if judgements else ():
         console.print(line)
     console.print(f"written to {out}")

@@ -1,4 +1,4 @@
-"""What a log contains: extra terms of the effort law, judged on rows left out of the fit."""
+"""Contents of a log: extra terms of the effort law, judged on rows left out of the fit."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,8 +13,6 @@ from studies.real_axes.reference import (
     find_delay,
     fit_rows,
 )
-
-__all__ = ["CANDIDATES", "Contents", "contents_of"]
 
 CANDIDATES: Mapping[str, tuple[str, ...]] = {
     "gravity": ("gravity_sine", "gravity_cosine"),

@@ -18,8 +18,6 @@ from stickslip.records import AxisLog
 from studies.real_axes.reference import PLAIN_TERMS, FilteredLog
 from studies.real_axes.sources import EXTRA_FILES, checked
 
-__all__ = ["RealLog", "ReferenceValue", "load_extra_logs", "load_logs"]
-
 _GRAVITY = (*PLAIN_TERMS, "gravity_sine", "gravity_cosine")
 
 Array = Float[np.ndarray, " n"]

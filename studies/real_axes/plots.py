@@ -12,8 +12,6 @@ import numpy as np
 from studies.real_axes.logs import RealLog
 from studies.real_axes.reference import TERMS, find_delay, fit_rows
 
-__all__ = ["draw"]
-
 _ROWS_SHOWN = 6000
 _DETAIL = 0.06
 

@@ -17,18 +17,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import optimize, signal
 
-__all__ = [
-    "FEWEST_ROWS",
-    "PLAIN_TERMS",
-    "TERMS",
-    "FilteredLog",
-    "MotionRows",
-    "ReferenceFit",
-    "find_delay",
-    "fit_rows",
-    "relative_error",
-]
-
 PLAIN_TERMS = ("inertia", "viscous_friction", "coulomb_friction", "offset")
 """The terms that every reference fit has."""
 
@@ -129,10 +117,7 @@ class FilteredLog:
     def rows(self, delay: float = 0.0) -> MotionRows:
         """Return about four rows for each period of the cutoff frequency, of all stretches.
 
-        Parameters
-        ----------
-        delay
-            Delay of the logged effort with respect to the motion [s].
+        ``delay`` is that of the logged effort with respect to the motion [s].
         """
         efforts = [np.interp((s.time + delay)[s.rows], s.time, s.effort) for s in self._stretches]
         velocity = self._joined("velocity")
@@ -221,20 +206,9 @@ def fit_rows(
     terms: Sequence[str] = PLAIN_TERMS,
     shapes: Mapping[str, float] = _NO_SHAPES,
 ) -> ReferenceFit | None:
-    """Fit the effort of the moving rows by least squares.
+    """Fit the effort of the moving rows by least squares; None if fewer than 40 rows move.
 
-    Parameters
-    ----------
-    rows
-        Rows of a log.
-    terms
-        Names of the terms.
-    shapes
-        See `ReferenceFit`; a Stribeck velocity that is absent is chosen from a grid.
-
-    Returns
-    -------
-    The fit, or None if fewer than 40 rows move.
+    A Stribeck velocity that is absent from the shapes is chosen from a grid.
     """
     moving = rows.part(rows.moving)
     if moving.time.size < FEWEST_ROWS:

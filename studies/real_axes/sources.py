@@ -11,8 +11,6 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["EXTRA_FILES", "ExtraFile", "checked"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class ExtraFile:

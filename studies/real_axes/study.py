@@ -25,16 +25,6 @@ from studies.real_axes.reference import (
     relative_error,
 )
 
-__all__ = [
-    "NO_WORSE",
-    "Agreement",
-    "Judgement",
-    "Outcome",
-    "judge",
-    "repeats_agree",
-    "split_index",
-]
-
 NO_WORSE = 1.05
 """Largest ratio of an estimate's prediction error to that of least squares with the same terms that
 counts as "no worse" [-]; the cutoff of the reference changes it by about 5 %."""
@@ -75,13 +65,7 @@ class Outcome:
         return frozenset(name for name in self.values if is_velocity_term(name))
 
     def comparable(self, *, plain: bool) -> dict[str, tuple[float, float]]:
-        """Return value and half of the 95 % interval by parameter.
-
-        Parameters
-        ----------
-        plain
-            Whether the law is reduced to the plain one.
-        """
+        """Return value and half of the 95 % interval by parameter, of the plain law if asked."""
         own = {name: (self.values[name], half) for name, half in self.half_widths.items()}
         if not plain or not self.plain:
             return own
@@ -192,15 +176,7 @@ class Judgement:
 
 
 def judge(real: RealLog, tick: Callable[[str], None]) -> Judgement:
-    """Identify a log and its halves, and compare.
-
-    Parameters
-    ----------
-    real
-        The log.
-    tick
-        Called before each step with its name.
-    """
+    """Identify a log and its halves, and compare; ``tick`` is called with the name of each step."""
     split = split_index(real.log)
     parts = (real.log.part(0, split), real.log.part(split, len(real.log)))
     found: list[tuple[Outcome, Any]] = []

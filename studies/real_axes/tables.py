@@ -1,17 +1,13 @@
-"""Write the results as a Markdown table and as JSON, whole or not at all."""
+"""Results as Markdown tables and as plain JSON types."""
 
-import json
 import math
-import os
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import stickslip
+from studies.markdown import table
 from studies.real_axes.contents import Contents
 from studies.real_axes.study import NO_WORSE, Agreement, Judgement, Outcome, repeats_agree
-
-__all__ = ["SCHEMA_VERSION", "contents_table", "page", "results", "summary", "write_whole"]
 
 SCHEMA_VERSION = 1
 
@@ -24,18 +20,11 @@ _SHORT = {
 }
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a file under another name and rename it, so that a reader never gets a partial one."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(text)
-    temporary.replace(path)
-
-
 def results(
     judgements: Sequence[Judgement], contents: Mapping[str, Contents], missing: Sequence[str]
-) -> str:
-    """Return everything as JSON."""
-    record: dict[str, Any] = {
+) -> dict[str, Any]:
+    """Return everything as plain JSON types."""
+    return {
         "schema": SCHEMA_VERSION,
         "stickslip": stickslip.__version__,
         "logs": [judgement.to_dict() for judgement in judgements],
@@ -52,18 +41,6 @@ def results(
         },
         "missing_files": list(missing),
     }
-    return json.dumps(_without_nan(record), indent=1) + "\n"
-
-
-def _without_nan(value: Any) -> Any:
-    """Return the record with null for numbers that JSON cannot represent."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: _without_nan(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_without_nan(item) for item in value]
-    return value
 
 
 def summary(judgements: Sequence[Judgement]) -> list[str]:
@@ -120,7 +97,7 @@ def page(
         "parameters whose halves differ by more than their intervals allow. Prediction: relative "
         "error of the effort on the other half [%], of the estimate, of least squares with the "
         "same terms, and of least squares with the terms that the machine needs.",
-        _table(
+        table(
             (
                 "log",
                 "samples, Hz",
@@ -135,7 +112,7 @@ def page(
             [_row(judgement) for judgement in judgements],
         ),
         "## Repeats",
-        _table(
+        table(
             (
                 "group",
                 "parameter",
@@ -164,12 +141,12 @@ def page(
         parts += ["## Contents of the logs", contents_table(contents)]
     if missing:
         parts += ["## Extra files that were not found", ", ".join(missing)]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(part.rstrip() for part in parts) + "\n"
 
 
 def contents_table(contents: Mapping[str, Contents]) -> str:
     """Return the cross-validated effect of the terms, one row a log."""
-    return _table(
+    return table(
         ("log", "plain error [%]", "delay [ms]", "each alone [%]", "one after the other [%]"),
         [
             (
@@ -232,8 +209,3 @@ def _estimates(judgement: Judgement, outcome: Outcome) -> str:
 
 def _percent(value: float) -> str:
     return f"{100 * value:.1f}" if math.isfinite(value) else "–"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [" | ".join(head), " | ".join("---" for _ in head), *(" | ".join(r) for r in rows)]
-    return "\n".join(f"| {line} |" for line in lines)

@@ -9,7 +9,6 @@ the EMPS and TX40 benchmarks, which are not part of the project: in the folder t
 
 import os
 from argparse import ArgumentParser
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +27,7 @@ from stickslip.estimation import (
 )
 from stickslip.logs import read_log
 from stickslip.records import AxisLog, FrictionEstimate
+from studies.markdown import table
 from studies.real_logs.laws import DIRECTIONS, PUBLISHED, AxisLaw
 from studies.real_logs.motion import smooth_motion
 from studies.real_logs.wrist import fit_coupled_joints
@@ -238,12 +238,6 @@ def run_figure(found: Emps, folder: Path) -> None:
     panels[0].set_ylabel("simulated less measured position [mm]")
     panels[0].legend()
     figure.savefig(folder / "real-logs-free-run.png", dpi=120)
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
-    return "\n".join(lines) + "\n"
 
 
 def written(page: str, title: str, text: str) -> str:

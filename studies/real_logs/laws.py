@@ -14,8 +14,6 @@ from stickslip.records import AxisLog, FrictionEstimate
 from stickslip.simulation import PlantStepper
 from studies.real_logs.motion import acting_effort, smooth_motion
 
-__all__ = ["DIRECTIONS", "PUBLISHED", "AxisLaw"]
-
 _HALF_SAMPLE = 0.5
 _SIDES = ("positive", "negative")
 _SIMULATED = ("viscous_friction", "coulomb_friction", "offset", "low_speed", "ripple")
@@ -60,14 +58,9 @@ class AxisLaw:
         return sine * np.sin(wave) + cosine * np.cos(wave)
 
     def residual(self, log: AxisLog, *, later: float | None = None) -> float:
-        """Return the norm of the effort that is not explained over that of the effort [-].
+        """Return the norm of the unexplained effort over that of the effort, without gaps [-].
 
-        Parameters
-        ----------
-        log
-            Without gaps.
-        later
-            As `smooth_motion` takes it; None for a held effort with the delay of the law.
+        ``later`` is that of `smooth_motion`; None for a held effort with the delay of the law.
         """
         if later is None:
             later = _HALF_SAMPLE + self.delay / log.sampling_time
@@ -78,17 +71,11 @@ class AxisLaw:
         return float(np.linalg.norm(rows[:, 1]) / np.linalg.norm(rows[:, 0]))
 
     def free_run(self, log: AxisLog, *, each_move: bool) -> Float[np.ndarray, " n"]:
-        """Return the positions of the simulated axis under the logged effort [m].
+        """Return the positions of the simulated axis under the effort of a log without gaps [m].
 
-        Coulomb and viscous friction and offset are propagated exactly, rests included; what is
-        left of the law is held over each sample, at the speed in its middle.
-
-        Parameters
-        ----------
-        log
-            Without gaps.
-        each_move
-            Whether the simulation begins again from the measured state at each move.
+        Coulomb and viscous friction and offset are propagated exactly, rests included; what is left
+        of the law is held over each sample, at the speed in its middle. With ``each_move`` the
+        simulation begins again from the measured state at each move.
         """
         T = log.sampling_time
         effort = acting_effort(log, self.delay / T)

@@ -18,8 +18,6 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.records import AxisLog
 
-__all__ = ["SmoothMotion", "acting_effort", "smooth_motion"]
-
 _ORDER = 4
 _SETTLING = 5.0  # periods of the cutoff that are left out at the start, as published
 _REST = 2.0  # periods of the cutoff: a reversal passes low speeds faster
@@ -63,31 +61,20 @@ def acting_effort(log: AxisLog, later: float) -> Float[np.ndarray, " n"]:
     """Return the mean of the held effort over a sampling period around each sample [N or N m].
 
     The mean over a period of a signal that is held from sample to sample is the linear
-    interpolation of its samples, half a period earlier than the middle of the period.
-
-    Parameters
-    ----------
-    log
-        Without gaps.
-    later
-        Time from the effort's stamp to its effect, over the sampling time [-].
+    interpolation of its samples, half a period earlier than the middle of the period. The log has
+    no gaps; ``later`` is the time from the effort's stamp to its effect, over the sampling time
+    [-].
     """
     k = np.arange(len(log), dtype=np.float64)
     return np.interp(k - later, k, log.effort)
 
 
 def smooth_motion(log: AxisLog, *, later: float = 0.5, cutoff: float | None = None) -> SmoothMotion:
-    """Return the smoothed motion of a log.
+    """Return the smoothed motion of a log without gaps, with `acting_effort`.
 
-    Parameters
-    ----------
-    log
-        Without gaps.
-    later
-        As `acting_effort` takes it: half a sample is exact for a held effort without delay, and 0
-        is how the benchmark was published [-].
-    cutoff
-        Of the low-pass [Hz]; None for a tenth of the sampling rate and at most 100 Hz.
+    ``later`` of half a sample is exact for a held effort without delay, and 0 is how the benchmark
+    was published [-]. The cutoff [Hz] is a tenth of the sampling rate by default, and at most 100
+    Hz.
     """
     T = log.sampling_time
     low_pass = LowPass(order=_ORDER, cutoff=cutoff or default_cutoff(T))

@@ -23,8 +23,6 @@ from stickslip.estimation.fit.intervals import robust_uncertainty, t_quantile
 from stickslip.records import AxisLog
 from studies.real_logs.motion import SmoothMotion, smooth_motion
 
-__all__ = ["NAMES", "CoupledFit", "fit_coupled_joints"]
-
 NAMES = (
     "inertia_1", "inertia_2", "inertia_12",
     "viscous_friction_1", "coulomb_friction_1",
@@ -47,13 +45,9 @@ class CoupledFit:
 def fit_coupled_joints(first: AxisLog, second: AxisLog) -> CoupledFit:
     """Estimate inertias, frictions and offsets of two joints by least squares.
 
-    Both equations are weighted by their residuals, and solved together. Gravity and the other
-    joints are not modelled: what they do is in the residuals, and so in the intervals.
-
-    Parameters
-    ----------
-    first, second
-        Motor position over the gear's ratio, and motor effort times it, at the same instants.
+    Both logs have motor positions over the gear's ratio and motor efforts times it, at the same
+    instants. Both equations are weighted by their residuals, and solved together. Gravity and the
+    other joints are not modelled: what they do is in the residuals, and so in the intervals.
     """
     if not np.array_equal(first.time, second.time):
         raise ValueError(f"{first.name} and {second.name} were not recorded at the same instants")

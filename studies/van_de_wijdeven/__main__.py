@@ -25,8 +25,6 @@ from studies.van_de_wijdeven.records import (
     PulseReproduction,
 )
 
-__all__ = ["main"]
-
 _COMMAND = "python -m studies.van_de_wijdeven"
 _RUNS, _AXES, _ARMS = 20, 400, 2
 _BAD_INPUT, _INTERRUPTED = 2, 130  # exit codes, as of the command line of stickslip
@@ -170,13 +168,7 @@ def _print_claims(console: Console, claims: Sequence[Claim]) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit code: 0 done, 2 bad input, 130 interrupted.
-
-    Parameters
-    ----------
-    arguments
-        The words behind the command; None takes those of the process.
-    """
+    """Run the command and return its exit code: 0 done, 2 bad input, 130 interrupted."""
     try:
         command, bound, _ = app.parse_args(
             sys.argv[1:] if arguments is None else arguments,

@@ -7,8 +7,6 @@ from typing import Generic, TypeVar
 
 from studies.van_de_wijdeven.records import Claim, Measure
 
-__all__ = ["ONLY", "Quantity", "Row", "judged"]
-
 Evidence = TypeVar("Evidence")
 
 ONLY = ""

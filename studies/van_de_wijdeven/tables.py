@@ -13,17 +13,6 @@ from studies.van_de_wijdeven.records import (
     VariantScore,
 )
 
-__all__ = [
-    "carried_runs",
-    "controller_scores",
-    "five_runs",
-    "friction_errors",
-    "landing_scores",
-    "printed_numbers",
-    "reference_series",
-    "variants",
-]
-
 
 def _table(title: str, words: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
     """Return an empty table with columns of words, then of numbers."""

@@ -1,4 +1,4 @@
-"""What every part of the source is asked with, and how its files are written."""
+"""Arguments of every part of the source, and the writing of its files."""
 
 import os
 import re
@@ -13,14 +13,6 @@ from stickslip.tasks.json_file import json_text
 from studies.van_de_wijdeven.page import picture, reproduction_page
 from studies.van_de_wijdeven.records import Reproduction
 
-__all__ = [
-    "Progress",
-    "Reproduced",
-    "checked_workers",
-    "counted",
-    "write_reproduction",
-]
-
 Progress = Callable[[int, int], None]
 """Called with the number of pieces of work that are done, and of all."""
 
@@ -31,7 +23,7 @@ _LIST_OF_NUMBERS = re.compile(r"\[[-+.\de,\snul]+\]")
 class Reproduced:
     """A reproduction and where it was written."""
 
-    reproduction: Reproduction  #: What was reproduced.
+    reproduction: Reproduction  #: The reproduction.
     #: The page and its numbers as JSON.
     page: Path
     numbers: Path
@@ -52,15 +44,7 @@ def checked_workers(workers: int | None) -> int:
 
 
 def counted(progress: Progress, pieces: int) -> Callable[[], None]:
-    """Return a function to call after each piece of work, which reports how many are done.
-
-    Parameters
-    ----------
-    progress
-        Called with the number of pieces that are done, and of all.
-    pieces
-        Number of all.
-    """
+    """Return a function to call after each piece of work, which reports how many are done."""
     done = count(1)
     return lambda: progress(next(done), pieces)
 
@@ -70,20 +54,8 @@ def write_reproduction(
 ) -> Reproduced:
     """Compute a reproduction and write its page, its numbers and its pictures, all or none.
 
-    Parameters
-    ----------
-    folder
-        Where the files go; made if it is missing. That they can be written there is found out
-        before anything is computed.
-    name
-        Of the page and of the numbers, without their endings.
-    compute
-        What makes the reproduction.
-
-    Raises
-    ------
-    InputError
-        If no folder is named, or nothing can be written in it.
+    The folder is made if it is missing; that files can be written there is found out before
+    anything is computed. ``name`` is that of the page and of the numbers, without their endings.
     """
     if not str(folder):
         raise InputError("missing", name="out", unit="")

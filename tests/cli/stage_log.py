@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from two_sines import Motion
 
 MASS, COULOMB, VISCOUS, OFFSET = 3.0, 1.5, 4.0, 0.2
 
@@ -56,16 +57,13 @@ def runner(main: Callable[[list[str]], int], capsys: pytest.CaptureFixture[str])
 
 def table(samples: int = 4000) -> dict[str, np.ndarray]:
     """Return the columns of a log of a mass with friction on a motion of two sines."""
-    time = np.arange(samples) * 0.002
-    velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
-    acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
-    position = -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time)
+    motion = Motion(time=np.arange(samples) * 0.002)
+    effort = motion.effort(mass=MASS, viscous=VISCOUS, coulomb=COULOMB, offset=OFFSET)
     noise = np.random.default_rng(5).normal(0.0, 0.02, samples)
-    friction = COULOMB * np.sign(velocity) + VISCOUS * velocity + OFFSET
     return {
-        "time [s]": time,
-        "position [m]": position,
-        "force [N]": MASS * acceleration + friction + noise,
+        "time [s]": motion.time,
+        "position [m]": motion.position,
+        "force [N]": effort + noise,
     }
 
 

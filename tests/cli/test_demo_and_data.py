@@ -36,7 +36,7 @@ def test_the_demo_writes_its_files_and_shows_truth_and_estimate(run: Run, tmp_pa
     (move,) = landed["runs"][0]["moves"]
     assert abs(move["final_error"]) <= TOLERANCE
     assert move["swing"] <= TOLERANCE
-    assert landed["believed"]["coulomb_friction"] == "estimate estimate.json"
+    assert landed["first_guess_sources"]["coulomb_friction"] == "estimate estimate.json"
 
 
 @pytest.mark.slow

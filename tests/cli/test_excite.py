@@ -34,7 +34,7 @@ def test_effort_keeps_the_limits(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "input.csv"
     outcome = run("excite", *AXIS, *ASKED, *SENSORS, "--out", out, "--json", "-")
     document = json.loads(outcome.printed())
-    assert document["schema"] == 2
+    assert document["schema"] == 3
     lines = out.read_text().splitlines()
     assert lines[0] == "time [s],effort [N]"
     time, effort = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]]).T
@@ -49,7 +49,7 @@ def test_effort_keeps_the_limits(run: Run, tmp_path: Path) -> None:
     assert document["largest_speed"] == pytest.approx(speed, rel=1e-3)
     assert document["largest_travel"] == pytest.approx(travel, rel=1e-3)
     mass = document["expected"]["mass"]
-    assert mass["believed"] == 3.0
+    assert mass["first_guess"] == 3.0
     assert mass["ci95"][1] - mass["ci95"][0] == pytest.approx(2 * 1.96 * mass["std"], rel=1e-3)
     assert "at best" in outcome.err
 
@@ -82,9 +82,9 @@ def test_axis_from_an_estimate(run: Run, good_log: Path) -> None:
     )
     expected = json.loads(outcome.printed())["expected"]
     held = json.loads(estimate.read_text())["parameters"]
-    assert expected["mass"]["believed"] == MASS  # given beside the estimate
+    assert expected["mass"]["first_guess"] == MASS  # given beside the estimate
     for name in ("coulomb_friction", "viscous_friction", "offset"):
-        assert expected[name]["believed"] == held[name]["value"]
+        assert expected[name]["first_guess"] == held[name]["value"]
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import pydantic
 import pytest
 from slow_cases import quick_where
 from stage_log import COULOMB, MASS, OFFSET, VISCOUS, Run, csv_text, table
+from two_sines import Motion
 
 from stickslip.friction import StribeckFriction
 from stickslip.plants import SingleMass
@@ -329,8 +330,7 @@ def several(tmp_path: Path, *more_coulomb: float) -> list[Path]:
     paths: list[Path] = []
     for k, more in enumerate(more_coulomb):
         columns = table()
-        time = columns["time [s]"]
-        sign = np.sign(0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time))
+        sign = np.sign(Motion(time=columns["time [s]"]).velocity)
         noise = np.random.default_rng(k).normal(0.0, 0.02, sign.size)
         columns["force [N]"] = columns["force [N]"] + more * sign + 0.1 * k + noise
         paths.append(tmp_path / f"log{k}.csv")

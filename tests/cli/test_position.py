@@ -181,7 +181,7 @@ def test_run_resumes_from_learned_values(run: Run, tmp_path: Path) -> None:
     for name in ("gain_1", "gain_2"):
         assert begun[name][0] == ended[name][-1] == before["values"][name]["value"]
     assert json.loads(learned.read_text()) != before
-    assert "learned learned.json" in json.loads(second.out)["believed"].values()
+    assert "learned learned.json" in json.loads(second.out)["first_guess_sources"].values()
 
 
 def test_estimate_of_identify_is_a_first_guess(run: Run, good_log: Path, tmp_path: Path) -> None:
@@ -211,8 +211,8 @@ def test_estimate_of_identify_is_a_first_guess(run: Run, good_log: Path, tmp_pat
     assert first["coulomb_friction_positive"] == pytest.approx(coulomb + offset)
     assert first["coulomb_friction_negative"] == pytest.approx(coulomb - offset)
     assert first["static_friction_positive"] == pytest.approx(1.7 + offset)
-    assert document["believed"]["mass"] == "estimate estimate.json"
-    assert document["believed"]["static_friction"] == "the scenario"
+    assert document["first_guess_sources"]["mass"] == "estimate estimate.json"
+    assert document["first_guess_sources"]["static_friction"] == "the scenario"
 
 
 def test_known_mass_comes_from_the_options_of_the_estimate(
@@ -270,8 +270,8 @@ def test_estimate_of_an_arm_is_a_first_guess(run: Run, tmp_path: Path) -> None:
     document = json.loads(run("position", scenario, "--json", "-").printed(1))
     first = document["runs"][0]["estimates"]
     assert (first["coulomb_friction"][0], first["viscous_friction"][0]) == (0.14, 0.11)
-    assert document["believed"]["coulomb_friction"] == "estimate estimate.json"
-    assert document["believed"]["stiffness"] == "the axis, taken as known"
+    assert document["first_guess_sources"]["coulomb_friction"] == "estimate estimate.json"
+    assert document["first_guess_sources"]["stiffness"] == "the axis, taken as known"
 
 
 def test_arm_under_feedback_alone(run: Run, tmp_path: Path) -> None:
@@ -283,7 +283,7 @@ def test_arm_under_feedback_alone(run: Run, tmp_path: Path) -> None:
     assert document["ending"] in {"stuck", "swinging", "under_way"}
     assert document["runs"][0]["phases"] == []
     assert document["runs"][0]["estimates"]["coulomb_friction"][0] == 0.15
-    assert document["believed"]["coulomb_friction"] == "learned learned.json"
+    assert document["first_guess_sources"]["coulomb_friction"] == "learned learned.json"
     assert "series" not in outcome.err
     run("position", scenario, "--learned", tmp_path / "b.json").refused("learns nothing")
 

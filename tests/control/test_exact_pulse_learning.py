@@ -1,4 +1,4 @@
-"""What the exact pulse controller learns, against references that share nothing with it."""
+"""Estimates of the exact pulse controller, against references that share nothing with it."""
 
 import json
 import math

@@ -17,7 +17,7 @@ JUMP = 30  # sample of a jump of the clock
 
 
 class Braked(NamedTuple):
-    """What has become of an axis, beyond the end of its travel [m, m/s]."""
+    """Distance beyond the end of the travel, and velocity of an axis [m, m/s]."""
 
     farthest: float
     end: float

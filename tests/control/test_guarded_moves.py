@@ -32,7 +32,7 @@ Samples = Callable[[float, float], float]  # of a time and a position
 
 @dataclass
 class Moved:
-    """What has become of an axis."""
+    """Final state of an axis."""
 
     outcome: PositioningOutcome
     why: str

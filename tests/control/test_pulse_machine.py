@@ -1,4 +1,4 @@
-"""What all pulse controllers have in common, tried on pulse width control."""
+"""Common part of all pulse controllers, tested with pulse width control."""
 
 import math
 import os

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from jaxtyping import Float
+from two_sines import Motion
 
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.estimation.prepare import prepare
@@ -19,20 +21,9 @@ def log_of(
     taken: Float[np.ndarray, " n"], stamps: Float[np.ndarray, " n"], resolution: float = 1e-7
 ) -> AxisLog:
     """Return samples taken at some times, with time stamps of their own."""
-    velocity, acceleration = (
-        0.1 * np.sin(2.0 * taken) + 0.05 * np.sin(5.0 * taken),
-        0.2 * np.cos(2.0 * taken) + 0.25 * np.cos(5.0 * taken),
-    )
-    effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity
-    position = -0.05 * np.cos(2.0 * taken) - 0.01 * np.cos(5.0 * taken)
-    effort += 0.02 * np.random.default_rng(1).standard_normal(taken.size)
-    return AxisLog(
-        name="stage",
-        kind="linear",
-        time=stamps,
-        effort=effort,
-        measured_position=resolution * np.round(position / resolution),
-    )
+    motion = Motion(time=taken)
+    effort = motion.effort() + 0.02 * np.random.default_rng(1).standard_normal(taken.size)
+    return axis_log(stamps, effort, resolution * np.round(motion.position / resolution))
 
 
 def jitter(share: float = 0.1) -> Float[np.ndarray, " n"]:
@@ -141,7 +132,6 @@ def test_two_gaps_beside_each_other_are_kept() -> None:
 def test_one_record_for_each_change_of_the_position() -> None:
     """Positions are then even over the number of the record, whenever they were taken."""
     fine = np.arange(0.0, 30.0, 1e-5)
-    position = -0.05 * np.cos(2.0 * fine) - 0.01 * np.cos(5.0 * fine)
-    changed = np.flatnonzero(np.diff(np.floor(position / 1e-3))) + 1
+    changed = np.flatnonzero(np.diff(np.floor(Motion(time=fine).position / 1e-3))) + 1
     log = log_of(fine[changed], fine[changed])
     assert not arrival_notes(log)

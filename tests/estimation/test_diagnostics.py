@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from axis_logs import axis_log
+from two_sines import Motion
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
 from stickslip.estimation.fit.diagnostics import (
@@ -43,7 +44,7 @@ def with_effort(log: AxisLog, effort: np.ndarray) -> AxisLog:
 
 
 def good_motion(time: np.ndarray) -> np.ndarray:
-    return 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    return Motion(time=time).velocity
 
 
 def reasons(estimate: FrictionEstimate) -> dict[str, str]:

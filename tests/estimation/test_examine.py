@@ -1,4 +1,4 @@
-"""What a report draws, against the truth of a simulated axis."""
+"""Data of a report, against the truth of a simulated axis."""
 
 from dataclasses import replace
 

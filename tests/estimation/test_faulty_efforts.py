@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from axis_logs import axis_log
 from jaxtyping import Float
+from two_sines import Motion
 
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
 from stickslip.estimation.selection.faults.change import ChangeTuning
@@ -30,14 +31,12 @@ def log_of(
     """Return a log whose effort acts ``delay`` later than it is logged, clipped, with noise."""
     time = np.arange(0.0, 20.0, sampling_time)
     acts = time + 0.5 * sampling_time + delay  # an effort is held until the next sample
-    velocity = 0.1 * np.sin(2.0 * acts) + 0.05 * np.sin(5.0 * acts)
-    acceleration = 0.2 * np.cos(2.0 * acts) + 0.25 * np.cos(5.0 * acts)
-    effort = MASS * acceleration + 0.5 * np.sign(velocity) + 4.0 * velocity + disturbance(acts)
+    effort = Motion(time=acts).effort(mass=MASS, coulomb=0.5) + disturbance(acts)
     return axis_log(
         time,
         np.clip(effort, -clipped_at, clipped_at)
         + 0.02 * np.random.default_rng(1).standard_normal(time.size),
-        -0.05 * np.cos(2.0 * time) - 0.01 * np.cos(5.0 * time),
+        Motion(time=time).position,
     )
 
 
@@ -139,8 +138,7 @@ def test_steps_of_the_effort_that_hide_friction_are_named(
     step: float, viscous: float, noise: float, coarse: bool
 ) -> None:
     log = log_of()
-    velocity = 0.1 * np.sin(2.0 * log.time) + 0.05 * np.sin(5.0 * log.time)
-    effort = log.effort - (4.0 - viscous) * velocity
+    effort = log.effort - (4.0 - viscous) * Motion(time=log.time).velocity
     effort = effort + noise * np.random.default_rng(2).standard_normal(effort.size)
     estimate = SelectedModelEstimator().fit(replace(log, effort=step * np.rint(effort / step)))
     assert named_coarse(estimate) == coarse
@@ -204,7 +202,7 @@ def test_no_term_describes_the_rounding_of_the_effort() -> None:
 
 
 def inertial(time: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    return MASS * (0.2 * np.cos(2.0 * time) + 0.25 * np.cos(5.0 * time))
+    return MASS * Motion(time=time).acceleration
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,13 @@
 """IDIM least squares: every published digit of the EMPS benchmark, and the TX40 joints."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from axis_logs import axis_log
 from benchmark_logs import Find, emps
 from refusals import refuses
+from two_sines import Motion
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares
 from stickslip.records import AxisLog, FrictionEstimate, Status
@@ -119,16 +122,13 @@ def test_a_cutoff_above_the_nyquist_frequency_is_refused() -> None:
 def test_intervals_allow_for_an_effort_that_is_held(seed: int) -> None:
     rng = np.random.default_rng([seed, 577])
     step = 2e-3
-    rates, phases = np.array([4.0, 11.0]), rng.uniform(0.0, 2.0 * np.pi, 2)
-    sizes = np.array([0.1, 0.06])
+    first, second = rng.uniform(0.0, 2.0 * np.pi, 2).tolist()
     time = np.arange(0.0, 12.0, step)
-    held = np.outer(time + 0.5 * step, rates) + phases  # the middle of a sample
-    velocity, acceleration = np.sin(held) @ sizes, np.cos(held) @ (sizes * rates)
+    motion = Motion(time=time, rates=(4.0, 11.0), sizes=(0.1, 0.06), phases=(first, second))
+    held = replace(motion, time=time + 0.5 * step)  # the middle of a sample
     truth = {"mass": 3.0, "viscous_friction": 4.0, "coulomb_friction": 1.5}
-    effort = 3.0 * acceleration + 4.0 * velocity + 1.5 * np.sign(velocity)
-    effort += 0.005 * rng.standard_normal(time.size)
-    position = -np.cos(np.outer(time, rates) + phases) @ (sizes / rates)
-    found = IdimLeastSquares(offset=False).fit(axis_log(time, effort, position))
+    effort = held.effort() + 0.005 * rng.standard_normal(time.size)
+    found = IdimLeastSquares(offset=False).fit(axis_log(time, effort, motion.position))
     for name, value in truth.items():
         interval = found.parameters[name].ci95
         assert interval is not None

@@ -105,7 +105,7 @@ CHANNELS = {
     "positions of both": (LOAD, [(0, 1e-6), (2, 4e-6)]),
     "no velocity of the load": (LOAD, [(0, 1e-6), (1, 1e-3), (2, 4e-6)]),
 }
-"""What is measured: states and variances."""
+"""Measured states and their variances."""
 
 
 @dataclass(frozen=True, kw_only=True)

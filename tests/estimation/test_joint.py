@@ -12,6 +12,7 @@ from estimates import std_of
 from jaxtyping import Float
 from refusals import refuses
 from scipy.stats import f as f_distribution
+from two_sines import Motion
 
 from stickslip import identify, write_csv
 from stickslip.estimation import JointEstimator, SelectedModelEstimator, predict_effort
@@ -47,25 +48,14 @@ def log_of(
 ) -> AxisLog:
     """Return a log of two sines; each seed has phases, and thus moves, of its own."""
     rng = np.random.default_rng([seed, 314])
-    phases = rng.uniform(0.0, 2.0 * np.pi, 2)
-    rates, sizes = np.array([2.0, 5.0]), np.array([0.1, 0.05])
-
-    def motion(t: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"], ...]:
-        angle = np.outer(t, rates) + phases
-        return (
-            -np.cos(angle) @ (sizes / rates),
-            np.sin(angle) @ sizes,
-            np.cos(angle) @ (sizes * rates),
-        )
-
-    time = np.arange(0.0, duration, step)
-    acts = time + 0.5 * step + delay  # the effort of a sample is held until the next
-    x, v, a = motion(acts)
-    effort = 3.0 * a + 4.0 * v + 1.5 * (1.0 + more_coulomb) * np.sign(v) + offset
-    effort += stiffness * x + drift * (acts - 0.5 * duration)
-    return axis_log(
-        time, effort + noise * rng.standard_normal(time.size), motion(time)[0], name=name
-    )
+    first, second = rng.uniform(0.0, 2.0 * np.pi, 2).tolist()
+    shown = Motion(time=np.arange(0.0, duration, step), phases=(first, second))
+    # The effort of a sample is held until the next
+    acts = replace(shown, time=shown.time + 0.5 * step + delay)
+    effort = acts.effort(coulomb=1.5 * (1.0 + more_coulomb), offset=offset)
+    effort += stiffness * acts.position + drift * (acts.time - 0.5 * duration)
+    effort += noise * rng.standard_normal(effort.size)
+    return axis_log(shown.time, effort, shown.position, name=name)
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from jaxtyping import Bool, Float
+from two_sines import Motion
 
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.estimation.prepare import prepare
@@ -16,27 +18,15 @@ TRUTH = {"mass": 3.0, "viscous_friction": 4.0, "coulomb_friction": 1.5}
 
 def log_of(kept: Bool[np.ndarray, " n"], position_noise: float = 0.0) -> AxisLog:
     """Return the records that are kept, with time stamps that are counted."""
-    acts = TIME + 0.5e-3
-    velocity = 0.1 * np.sin(2.0 * acts) + 0.05 * np.sin(5.0 * acts)
-    effort = 3.0 * (0.2 * np.cos(2.0 * acts) + 0.25 * np.cos(5.0 * acts))
-    effort += 1.5 * np.sign(velocity) + 4.0 * velocity
-    position = -0.05 * np.cos(2.0 * TIME) - 0.01 * np.cos(5.0 * TIME)
     rng = np.random.default_rng(1)
-    effort = effort + 0.02 * rng.standard_normal(TIME.size)
-    position = position + position_noise * rng.standard_normal(TIME.size)
-    return AxisLog(
-        name="stage",
-        kind="linear",
-        time=TIME[: int(kept.sum())],
-        effort=effort[kept],
-        measured_position=position[kept],
-    )
+    effort = Motion(time=TIME + 0.5e-3).effort() + 0.02 * rng.standard_normal(TIME.size)
+    position = Motion(time=TIME).position + position_noise * rng.standard_normal(TIME.size)
+    return axis_log(TIME[: int(kept.sum())], effort[kept], position[kept])
 
 
 def without(places: int, records: int) -> Bool[np.ndarray, " n"]:
     """Return which records are kept if some are lost in each of several places in fast motion."""
-    velocity = 0.1 * np.sin(2.0 * TIME) + 0.05 * np.sin(5.0 * TIME)
-    fast = np.flatnonzero(np.abs(velocity) > 0.05)
+    fast = np.flatnonzero(np.abs(Motion(time=TIME).velocity) > 0.05)
     kept = np.ones(TIME.size, dtype=bool)
     for start in fast[np.linspace(50, fast.size - 50, places).astype(int)]:
         kept[start : start + records] = False

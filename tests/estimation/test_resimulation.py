@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from axis_logs import axis_log
+from two_sines import MIDDLE, TIME, Motion
 
 from stickslip.estimation import (
     EnergyEstimator,
@@ -67,16 +68,9 @@ def test_a_mass_that_the_estimate_does_not_hold_is_needed(log: AxisLog) -> None:
 
 def test_what_is_left_counts_every_term_of_the_estimate() -> None:
     """A spring, which the simulator lacks; without it half of the effort would be left."""
-    time = np.arange(0.0, 20.0, 1e-3)
-    middle = time + 0.5e-3  # of the time that an effort is held for
-    velocity = 0.1 * np.sin(2.0 * middle) + 0.05 * np.sin(5.0 * middle)
-    acceleration = 0.2 * np.cos(2.0 * middle) + 0.25 * np.cos(5.0 * middle)
-
-    def position(t: np.ndarray) -> np.ndarray:
-        return -0.05 * np.cos(2.0 * t) - 0.01 * np.cos(5.0 * t)
-
-    effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity + 60.0 * position(middle)
-    sprung = axis_log(time, effort, position(time))
+    acts = Motion(time=MIDDLE)
+    effort = acts.effort() + 60.0 * acts.position
+    sprung = axis_log(TIME, effort, Motion(time=TIME).position)
     estimate = SelectedModelEstimator().fit(sprung)
     assert "spring_stiffness" in estimate.parameters
     left = unexplained_effort(sprung, estimate)
@@ -84,12 +78,12 @@ def test_what_is_left_counts_every_term_of_the_estimate() -> None:
     assert left < 0.01
     assert replay(sprung, estimate) is None
     # Lost samples are resampled, clipped ones are left out
-    kept = np.random.default_rng(2).uniform(size=time.size) > 0.003
+    kept = np.random.default_rng(2).uniform(size=TIME.size) > 0.003
     uneven = replace(
         sprung,
-        time=time[kept],
+        time=TIME[kept],
         effort=np.clip(effort[kept], -4.5, 4.5),
-        measured_position=position(time[kept]),
+        measured_position=sprung.measured_position[kept],
     )
     again = unexplained_effort(uneven, estimate)
     assert again is not None

@@ -16,7 +16,7 @@ LAW = CoulombViscousFriction.symmetric(coulomb_friction=20.0, viscous_friction=2
 TRUTH = {"viscous_friction": 200.0, "coulomb_friction": 20.0}
 START = LowPass(order=4, cutoff=100.0)
 COARSE = 0.03
-"""What counts of 1 mm leave of a stroke of 0.3 m: friction turns within a count."""
+"""Largest error with counts of 1 mm in a stroke of 0.3 m: friction turns within a count."""
 
 
 def stage_log(

@@ -138,7 +138,7 @@ def test_a_velocity_of_the_load_in_another_unit_is_refused(arm_log: AxisLog) -> 
 
 
 SLOW_SAMPLING = 0.01
-"""What a switched force leaves in 20 values between two of its switchings."""
+"""Residual of a switched force over 20 values between two of its switchings."""
 
 
 @pytest.mark.parametrize("sampling_time", [0.001, 0.01, 0.02, 0.05, 0.1])

@@ -100,7 +100,7 @@ def assert_true(estimate: FrictionEstimate, truth: dict[str, float]) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """What `RUNS` runs of a loop with one noise gave, relative errors by row."""
+    """Relative errors of `RUNS` runs of a loop with one noise, one a row."""
 
     offline: np.ndarray
     offline_std: np.ndarray

@@ -35,17 +35,10 @@ def energy_estimator() -> EnergyEstimator:
 
 
 def arm_log(loop: Loop, noise: float, generator: np.random.Generator) -> AxisLog:
-    """Return the log of one run from rest.
+    """Return the log of one run from rest, with noise relative to that of the demonstration [-].
 
-    Parameters
-    ----------
-    loop
-        The to-and-fro input of the demonstration, or feedback whose friction compensation uses the
-        running estimates of the published estimator.
-    noise
-        Of the sensors, relative to the demonstration [-].
-    generator
-        Of the noise.
+    The loop is the to-and-fro input of the demonstration, or feedback whose friction compensation
+    uses the running estimates of the published estimator.
     """
     sensors = surrogate.surrogate_sensors(noise)
     if loop == "feedforward":

@@ -1,4 +1,4 @@
-"""What a written page holds, read back."""
+"""Content of a written page, read back."""
 
 import base64
 import gzip

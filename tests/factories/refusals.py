@@ -1,4 +1,4 @@
-"""What a test expects of an error: its code and quantities."""
+"""Expected errors of a test: code and quantities."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -1,4 +1,4 @@
-"""What is printed on a terminal of some width."""
+"""Output on a terminal of some width."""
 
 import io
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What each friction law adds to the contract of all: values, and what it rejects."""
+"""Values of each friction law and rejected parameters, beside the contract of all."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""What a user can give as a log: compressed files, standard input, URLs, names of any bytes."""
+"""Sources of a log: compressed files, standard input, URLs, names of any bytes."""
 
 import gzip
 import http.server

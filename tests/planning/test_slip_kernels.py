@@ -1,4 +1,4 @@
-"""What the pulse series is computed from, against matrix exponentials and dense sampling."""
+"""Kernels of the pulse series, against matrix exponentials and dense sampling."""
 
 import numpy as np
 import pytest

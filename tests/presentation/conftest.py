@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from jaxtyping import Float
 
 from stickslip.records import (
     AxisLog,
@@ -30,40 +31,10 @@ ERRORS = {"mass": 0.4, "coulomb_friction": -0.9, "viscous_friction": 1.1, "offse
 NORMAL_95 = 1.96
 
 
-def make_identification(
-    *, samples: int = 1500, name: str = 'stage <b>&"x"</b>', with_truth: bool = True
-) -> Identification:
-    """Prescribe a motion x = A sin(w t) of growing speed, and give the effort that it takes."""
-    generator = np.random.default_rng(7)
-    time = np.linspace(0.0, 12.0, samples)
-    amplitude, rate, chirp = 0.08, 3.0, 0.35
-    phase = rate * time + chirp * time**2
-    phase_rate = rate + 2 * chirp * time
-    position = amplitude * np.sin(phase)
-    velocity = amplitude * phase_rate * np.cos(phase)
-    acceleration = amplitude * (2 * chirp * np.cos(phase) - phase_rate**2 * np.sin(phase))
-    noise = np.zeros(samples)
-    shocks = generator.normal(0.0, 0.08, samples)
-    for k in range(1, samples):
-        noise[k] = 0.8 * noise[k - 1] + shocks[k]
-    friction = (
-        TRUTH["coulomb_friction"] * np.sign(velocity)
-        + TRUTH["viscous_friction"] * velocity
-        + TRUTH["offset"]
-        + noise
-    )
-    effort = TRUTH["mass"] * acceleration + friction
-    log = AxisLog(
-        name=name,
-        kind="linear",
-        time=time,
-        effort=effort,
-        measured_position=position,
-        measured_velocity=velocity,
-        source=LogSource(files=("log <1>.csv",), sha256="ab" * 32, assumptions=("a & b",)),
-    )
+def _estimate(samples: int) -> FrictionEstimate:
+    """Return an estimate that is off the truth by less than its intervals."""
     values = {key: TRUTH[key] + ERRORS[key] * STDS[key] for key in TRUTH}
-    estimate = FrictionEstimate(
+    return FrictionEstimate(
         estimator="energy",
         kind="linear",
         parameters={
@@ -100,6 +71,12 @@ def make_identification(
             assumptions=("The column 'x' was taken as position [m], as 'a & b' says nothing.",),
         ),
     )
+
+
+def _curve(
+    velocity: Float[np.ndarray, " n"], friction: Float[np.ndarray, " n"], values: dict[str, float]
+) -> FrictionCurve:
+    """Return measured friction with the law of estimated values and its band."""
     half = np.linspace(0.0, float(velocity.max()), 60)
     fitted_velocity = np.concatenate((-half[::-1], [np.nan], half))
     fitted = (
@@ -108,6 +85,50 @@ def make_identification(
         + values["offset"]
     )
     width = 2 * np.hypot(STDS["coulomb_friction"], STDS["viscous_friction"] * fitted_velocity)
+    return FrictionCurve(
+        velocity=velocity,
+        friction=friction,
+        fitted_velocity=fitted_velocity,
+        fitted_friction=fitted,
+        band_low=fitted - width,
+        band_high=fitted + width,
+    )
+
+
+def make_identification(
+    *, samples: int = 1500, name: str = 'stage <b>&"x"</b>', with_truth: bool = True
+) -> Identification:
+    """Prescribe a motion x = A sin(w t) of growing speed, and give the effort that it takes."""
+    generator = np.random.default_rng(7)
+    time = np.linspace(0.0, 12.0, samples)
+    amplitude, rate, chirp = 0.08, 3.0, 0.35
+    phase = rate * time + chirp * time**2
+    phase_rate = rate + 2 * chirp * time
+    position = amplitude * np.sin(phase)
+    velocity = amplitude * phase_rate * np.cos(phase)
+    acceleration = amplitude * (2 * chirp * np.cos(phase) - phase_rate**2 * np.sin(phase))
+    noise = np.zeros(samples)
+    shocks = generator.normal(0.0, 0.08, samples)
+    for k in range(1, samples):
+        noise[k] = 0.8 * noise[k - 1] + shocks[k]
+    friction = (
+        TRUTH["coulomb_friction"] * np.sign(velocity)
+        + TRUTH["viscous_friction"] * velocity
+        + TRUTH["offset"]
+        + noise
+    )
+    effort = TRUTH["mass"] * acceleration + friction
+    log = AxisLog(
+        name=name,
+        kind="linear",
+        time=time,
+        effort=effort,
+        measured_position=position,
+        measured_velocity=velocity,
+        source=LogSource(files=("log <1>.csv",), sha256="ab" * 32, assumptions=("a & b",)),
+    )
+    estimate = _estimate(samples)
+    values = {key: estimate.value(key) for key in TRUTH}
     work = np.concatenate(([0.0], np.cumsum(effort[:-1] * np.diff(position))))
     kinetic = 0.5 * values["mass"] * velocity**2
     modelled = np.concatenate(([0.0], np.cumsum((friction - noise)[:-1] * np.diff(position))))
@@ -117,14 +138,7 @@ def make_identification(
         log=log,
         estimate=estimate,
         truth=TRUTH if with_truth else None,
-        curve=FrictionCurve(
-            velocity=velocity,
-            friction=friction,
-            fitted_velocity=fitted_velocity,
-            fitted_friction=fitted,
-            band_low=fitted - width,
-            band_high=fitted + width,
-        ),
+        curve=_curve(velocity, friction, values),
         energy=EnergyBalance(
             time=time,
             input=work,

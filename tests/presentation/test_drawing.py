@@ -1,4 +1,4 @@
-"""What a long series is thinned to shows the same line."""
+"""Thinned series show the same line."""
 
 import numpy as np
 import pytest

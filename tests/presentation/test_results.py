@@ -95,6 +95,14 @@ def test_every_figure_is_on_the_page_with_words_and_units(result: Result, tmp_pa
         plot.to_matplotlib().canvas.draw()
 
 
+def test_a_subclass_of_a_result_has_its_page(identification: Identification) -> None:
+    class Annotated(Identification):
+        pass
+
+    own = Annotated(**vars(identification))
+    assert set(figures_of(own)) == set(figures_of(identification))
+
+
 @pytest.mark.parametrize("place", ["missing/report.html", ""])
 def test_a_page_that_cannot_be_written_leaves_nothing(place: str, tmp_path: Path) -> None:
     with refuses("output_without_folder" if place else "output_is_folder", what="the report"):

@@ -76,7 +76,7 @@ def test_everything_is_in_the_json_form_as_plain_types(made: Positioning, absent
 
 def test_the_json_form_of_a_task_and_of_its_runs() -> None:
     document = make(make_run(1), make_run(2, ending=Ending.STUCK)).to_dict()
-    assert (document["schema"], document["ending"]) == (2, "stuck")
+    assert (document["schema"], document["ending"]) == (3, "stuck")
     assert document["units"]["coulomb_friction_positive"] == "N"
     assert document["scenario"]["axis"]["mass"] == {"value": 150.0, "unit": "kg"}
     assert document["limits"] == {"static_friction_positive": [None, 173.0]}
@@ -151,7 +151,13 @@ def test_nothing_can_be_changed_afterwards() -> None:
     with pytest.raises(FrozenInstanceError):
         done.name = "another"  # type: ignore[misc]
     (run,) = done.runs
-    for table in (done.truth, done.believed, done.scenario["axis"], run.estimates, run.deviations):
+    for table in (
+        done.truth,
+        done.first_guess_sources,
+        done.scenario["axis"],
+        run.estimates,
+        run.deviations,
+    ):
         with pytest.raises(TypeError):
             table["mass"] = 1.0  # type: ignore[index]
 

@@ -70,7 +70,7 @@ class Curve:
 
 
 class Plant(Protocol):
-    """What the event loop needs to know of a plant: curves of its positions."""
+    """Properties of a plant for the event loop: curves of its positions."""
 
     friction: Friction
 

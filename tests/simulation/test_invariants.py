@@ -1,4 +1,4 @@
-"""What must hold for every plant, effort and sampling time."""
+"""Invariants of every plant, effort and sampling time."""
 
 from dataclasses import replace
 

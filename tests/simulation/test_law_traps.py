@@ -1,4 +1,4 @@
-"""What is known of each friction law: drift, memory, breakaway, energy."""
+"""Properties of each friction law: drift, memory, breakaway, energy."""
 
 import dataclasses
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from axis_logs import axis_log
 from refusals import refuses
+from two_sines import Motion
 
 import stickslip
 from stickslip.estimation import (
@@ -25,11 +26,9 @@ CLOSE = 0.03  # relative; the velocity is differentiated from positions
 
 @pytest.fixture
 def log() -> AxisLog:
-    time = np.arange(4000) * 0.002
-    velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
-    acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
-    effort = MASS * acceleration + COULOMB * np.sign(velocity) + VISCOUS * velocity
-    return axis_log(time, effort, -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time))
+    motion = Motion(time=np.arange(4000) * 0.002)
+    effort = motion.effort(mass=MASS, viscous=VISCOUS, coulomb=COULOMB)
+    return axis_log(motion.time, effort, motion.position)
 
 
 def test_a_log_in_memory_and_its_file_give_the_same_estimate(log: AxisLog, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What a log holds and how it would be read."""
+"""Contents and reading of a log."""
 
 import json
 

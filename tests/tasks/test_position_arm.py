@@ -142,7 +142,7 @@ def test_landing_with_noise(run: Run) -> None:
 def test_wrong_guess_of_masses_and_spring(run: Run) -> None:
     guess = "mass = 1.02\nload_mass = 0.99\nstiffness = 1.01\ncoulomb_friction = 0.1"
     result = run(LANDING, guess=guess, task=TASK.replace("1e-5", "1e-1"))
-    assert result.believed["mass"] == "the scenario"
+    assert result.first_guess_sources["mass"] == "the scenario"
     assert result.runs[0].estimates["coulomb_friction"][0] == 0.1
     assert np.max(np.abs(result.runs[0].effort)) <= 1.0
     assert result.last.settling_time is not None

@@ -64,7 +64,7 @@ def test_landing_and_exact_pulses_resume_from_each_other(landed: Positioning, ru
     assert landed.learned.method == "exact"
     again = run("landing", guess="", learned=landed)
     assert again.ending is Ending.REACHED
-    assert again.believed["mass"] == "learned learned.json"
+    assert again.first_guess_sources["mass"] == "learned learned.json"
     first = again.runs[0].estimates
     assert first["coulomb_friction_positive"][0] == pytest.approx(
         landed.learned.values["coulomb_friction_positive"]
@@ -139,7 +139,7 @@ def test_guessed_masses_and_spring_are_learned(wrong_guess: Positioning) -> None
 def test_run_resumes_with_learned_masses_and_spring(wrong_guess: Positioning, run: Run) -> None:
     result = run(axis=ARM, task=ARM_TASK, guess="", limit=1.0, learned=wrong_guess)
     assert result.ending is Ending.REACHED
-    assert result.believed["stiffness"] == "learned learned.json"
+    assert result.first_guess_sources["stiffness"] == "learned learned.json"
     assert wrong_guess.learned is not None
     for name in ("mass", "load_mass", "stiffness", "coulomb_friction"):
         first = float(result.runs[0].estimates[name][0])

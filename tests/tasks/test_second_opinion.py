@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from axis_logs import axis_log
+from two_sines import Motion
 
 from stickslip import identify
 from stickslip.records import AxisLog, Status
@@ -13,14 +14,11 @@ TRUTH = {"mass": 3.0, "viscous_friction": 4.0, "coulomb_friction": 1.5}
 def log_of(*, delay: float = 0.0, stiffness: float = 0.0, scale: float = 1.0) -> AxisLog:
     """Return a log of two sines, whose effort has noise of 1 % of friction."""
     time = np.arange(0.0, 10.0, 1e-3)
-    rates, sizes = np.array([2.0, 5.0]), np.array([0.1, 0.05])
-    acts = time + 0.5e-3 + delay  # the effort of a sample is held until the next
-    angle = np.outer(acts, rates) + 0.3
-    v, a = np.sin(angle) @ sizes, np.cos(angle) @ (sizes * rates)
-    x = -np.cos(angle) @ (sizes / rates)
-    effort = 3.0 * a + 4.0 * v + 1.5 * np.sign(v) + stiffness * x
+    # The effort of a sample is held until the next
+    acts = Motion(time=time + 0.5e-3 + delay, phases=(0.3, 0.3))
+    effort = acts.effort() + stiffness * acts.position
     effort += 0.015 * np.random.default_rng(1).standard_normal(time.size)
-    shown = -np.cos(np.outer(time, rates) + 0.3) @ (sizes / rates)
+    shown = Motion(time=time, phases=(0.3, 0.3)).position
     return axis_log(time, effort, scale * shown, name="sines")
 
 

@@ -67,9 +67,9 @@ class Model(EstimatedFriction):
     one of several logs as in --effort-delay morning=0.002, repeated for others. [default:
     estimated, if the log shows one]"""
     effort_kind: Literal["held", "sampled", "mean"] | None = None
-    """What a logged effort is, with estimator auto: held from its time stamp to the next, the value
-    sampled at its time stamp, or the mean since the time stamp before. [default: held; with uneven
-    time stamps, what explains most]"""
+    """Meaning of a logged effort, with estimator auto: held from its time stamp to the next, the
+    value sampled at its time stamp, or the mean since the time stamp before. [default: held; with
+    uneven time stamps, what explains most]"""
 
 
 def identify(
@@ -172,7 +172,7 @@ def identify(
     from stickslip.presentation.terminal import print_identification
 
     files.print(found, print_identification)
-    return 0 if _sound(found) else 1
+    return 0 if found.estimate.status.trusted and _predicted(found) else 1
 
 
 def _all_axes(
@@ -197,13 +197,12 @@ def _all_axes(
     from stickslip.presentation.terminal import print_axes
 
     files.print(found, print_axes)
-    return 0 if not found.unread and all(map(_sound, found.axes.values())) else 1
+    return 0 if found.trusted and all(map(_predicted, found.axes.values())) else 1
 
 
-def _sound(found: "Identification") -> bool:
-    """Return whether an estimate can be trusted, and the log of its validation be predicted."""
-    validation = found.validation
-    return found.estimate.status.trusted and (validation is None or validation.error is not None)
+def _predicted(found: "Identification") -> bool:
+    """Return whether the estimate predicts the log of its validation, if there is one."""
+    return found.validation is None or found.validation.error is not None
 
 
 def _axes(

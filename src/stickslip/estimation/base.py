@@ -126,7 +126,7 @@ class EstimationTask:
     select: bool = True  #: Whether further terms are selected.
     #: Known time by which the effort acts later than it is logged [s]; None for unknown.
     effort_delay: float | None = None
-    #: What a logged effort is, ``"held"``, ``"sampled"`` or ``"mean"``
+    #: Meaning of a logged effort, ``"held"``, ``"sampled"`` or ``"mean"``
     #: (`stickslip.estimation.SelectedModelEstimator`); None for unknown.
     effort_kind: EffortKind | None = None
 

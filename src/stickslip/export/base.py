@@ -50,12 +50,12 @@ class ExportSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Rendered:
-    """What an export writes."""
+    """Content of the files of an export."""
 
     #: Content by relative path with ``/``; text is written as UTF-8. An exporter of one file uses
     #: the empty path.
     files: Mapping[str, str | bytes]
-    #: What the target does not represent, and anything else a user should know, one sentence each;
+    #: Effects that the target does not represent, and other remarks, one sentence each;
     #: they also stand in the file where its format has comments.
     notes: tuple[str, ...] = field(default=())
 
@@ -90,7 +90,9 @@ class Exporter(ABC):
     options: tuple[str, ...] = ()  #: Fields of `ExportSettings` that it uses, beside ``overwrite``.
 
     @abstractmethod
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return what is written.
 
         Parameters

@@ -43,14 +43,17 @@ Filling = tuple[dict[str, Any], list[str]]
 class TemplateExporter(Exporter):
     """A target whose file is a template, filled in with the values of every axis."""
 
-    #: What the template needs of an axis; its docstring states the format and its source.
+    #: Returns the variables of an axis; its docstring states the format and its source.
     values: Callable[[AxisToFill], Filling]
     #: Name of the template in the folder ``templates`` beside the module of ``values``.
     template: str
     ending: str = ".py"
 
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:  # noqa: ARG002 - of the protocol
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return the file; see `Exporter.render`."""
+        del into
         if not self.several:
             only_axis(axes, self.title)
         filled: list[dict[str, Any]] = []

@@ -34,7 +34,7 @@ from stickslip.records import InputError, Status
 
 @dataclass(frozen=True, kw_only=True)
 class Export:
-    """What was exported."""
+    """A rendered export, with its warnings."""
 
     target: str  #: Name of the target.
     rendered: Rendered  #: The files and what is to be said about them.

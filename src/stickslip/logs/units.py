@@ -12,7 +12,7 @@ _PLAUSIBLE = re.compile(r"(?:(?:[^\W\d_]++|\))(?:(?:\^|\*\*)-?[1-9](?!\d))?|1(?=
 """Words, products and small powers: what is handed to the unit library's parser at all."""
 
 _PARSER_FAULTS = (ValueError, TypeError, AttributeError, AssertionError, tokenize.TokenError)
-"""What the unit library's parser raises, beside its own errors, on text that is no unit."""
+"""Errors of the unit library's parser, beside its own, on text that is no unit."""
 
 _SIZES_OF_COUNTS = {"position": "1/4096 rev", "velocity": "1/4096 rev/s"}
 """Examples of units in place of encoder counts."""

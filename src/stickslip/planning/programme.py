@@ -291,7 +291,7 @@ class Solution(NamedTuple):
 
 _NONE: tuple[Any, Any] = (np.zeros(0, dtype=np.intp), np.zeros((0, 2)))
 REFUTED = Solution(None, math.inf, 0.0, *_NONE, refuted=True)
-"""What bounds without a programme have proven to have no solution."""
+"""Proof that a series has no solution, by bounds without a programme."""
 
 
 def landed(programme: Programme, solution: Solution) -> Values:

@@ -56,7 +56,7 @@ class PulseLaw:
     coulomb_friction: float = quantity_field("coulomb_friction")
     #: In this direction [N s/m or N m s/rad]; 0 for Eq. 2.
     viscous_friction: float = quantity_field("viscous_friction")
-    #: What the effort must exceed to free the mass [N or N m]; the Coulomb friction if None.
+    #: Effort above which the mass moves [N or N m]; None takes the Coulomb friction.
     static_friction: float | None = quantity_field("static_friction", default=None)
     kind: AxisKind = "linear"  #: ``"linear"`` or ``"rotary"``; decides the units.
 

@@ -31,7 +31,7 @@ from stickslip.records import (
 
 
 class SeriesLimit(Enum):
-    """What makes a series impossible."""
+    """Reason why a series is impossible."""
 
     EFFORT = "effort"
     DIRECTION = "direction"
@@ -72,10 +72,10 @@ class PulseSeries:
     #: The least speed of mass 1 between begin and end, between samples too; it is positive unless
     #: mass 1 rests on the way.
     slowest: float = quantity_field("velocity")
-    #: What no series of this effort limit takes less than, as far as proven [s]; the shortest
+    #: Proven lower bound of the duration of a series of this effort limit [s]; the shortest
     #: series takes between this and its duration.
     least_duration: float = quantity_field("time")
-    #: What the impulse of no series without a rest is less than, over this time [N s or N m s].
+    #: Lower bound of the impulse of a series without a rest, over this time [N s or N m s].
     least_impulse: float
     #: From when until when mass 1 rests on the way; None if it does not.
     rest: tuple[float, float] | None = quantity_field("time", default=None)

@@ -47,7 +47,7 @@ class SeriesTuning:
     """Violation of the constraints that proves that there is no solution [travel, mean speed].
     Work 1.00, 1.00."""
     rounding: float = 1e-9
-    """What rounding errors may account for [travel; effort limit]. Work 1.00, 1.00."""
+    """Largest effect of rounding errors [travel; effort limit]. Work 1.00, 1.00."""
     instants_at_once: int = 24
     """Instants that become constraints in one round, besides the minima, about [-]. Work 0.99,
     1.09."""

@@ -76,4 +76,5 @@ def figures_of(result: Result) -> dict[str, Plot]:
 def page_of(result: Result) -> Page:
     """Return the page of a result; an InputError for anything else."""
     check_class("result", result, *PAGES)
-    return PAGES[type(result)](result)
+    page = next(page for kind, page in PAGES.items() if isinstance(result, kind))
+    return page(result)

@@ -287,10 +287,11 @@ def print_excitation(console: "Console", designed: Excitation) -> None:
         rows=[
             [
                 parameter_label(name),
-                f"{each.believed:.5g}",
+                f"{each.first_guess:.5g}",
                 f"{each.half_width:.2g}",
                 or_none(
-                    each.half_width / abs(each.believed) if each.believed else None, share_text
+                    each.half_width / abs(each.first_guess) if each.first_guess else None,
+                    share_text,
                 ),
                 printed_unit(name, kind),
             ]

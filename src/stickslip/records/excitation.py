@@ -10,7 +10,7 @@ from jaxtyping import Float
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 from stickslip.records.record import Record, Valued
 
-_SCHEMA = 2
+_SCHEMA = 3
 _NORMAL_95 = 1.959963984540054
 _QUANTITIES = {
     "effort": "effort",
@@ -26,9 +26,9 @@ _QUANTITIES = {
 class ExpectedParameter(Record):
     """The accuracy of a parameter at best."""
 
-    json_form = ("believed std ci95",)
+    json_form = ("first_guess std ci95",)
 
-    believed: float  #: First guess of it [SI].
+    first_guess: float  #: [SI].
     std: float  #: Cramer-Rao bound: no unbiased estimator has a smaller standard deviation [SI].
 
     @property
@@ -39,7 +39,7 @@ class ExpectedParameter(Record):
     @property
     def ci95(self) -> tuple[float, float]:
         """95 % interval that is expected at best [SI]."""
-        return self.believed - self.half_width, self.believed + self.half_width
+        return self.first_guess - self.half_width, self.first_guess + self.half_width
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,19 +81,19 @@ class Excitation(Record):
     def undetermined(self) -> tuple[str, ...]:
         """Names of the parameters whose expected interval contains 0.
 
-        A parameter that is believed to be 0 is none of them. Nor is an offset that is known better
-        than Coulomb friction is large: an axis may well have next to none.
+        A parameter with a first guess of 0 is none of them. Nor is an offset whose interval is
+        narrower than Coulomb friction is large: an axis may well have next to none.
         """
         coulomb = [
-            abs(each.believed)
+            abs(each.first_guess)
             for name, each in self.expected.items()
             if name.startswith("coulomb_friction")
         ]
         return tuple(
             name
             for name, each in self.expected.items()
-            if each.believed != 0.0
-            and each.half_width >= abs(each.believed)
+            if each.first_guess != 0.0
+            and each.half_width >= abs(each.first_guess)
             and (name != "offset" or each.half_width >= max(coulomb, default=0.0))
         )
 
@@ -103,7 +103,7 @@ class Excitation(Record):
         return {name: unit_of(quantity, self.kind) for name, quantity in _QUANTITIES.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain JSON types (schema 2), with the unit of each parameter."""
+        """Return it as plain JSON types (schema 3), with the unit of each parameter."""
         document = super().to_dict()
         for name, each in document["expected"].items():
             each["unit"] = unit_of(name, self.kind)

@@ -13,7 +13,7 @@ from stickslip.records.record import Record, ScenarioTables, Worded, valued_tabl
 
 LandingPhaseName = Literal["feedback", "resting", "series", "pulses", "done", "stopped"]
 
-_SCHEMA = 2
+_SCHEMA = 3
 
 _LEGEND = {
     "error": "target less true position; of a flexible arm, of the mass that is farther from it",
@@ -308,7 +308,7 @@ class Positioning(Record):
     schema, legend = _SCHEMA, _LEGEND
     json_form = (
         "schema name kind method ending ending_text tolerance units",
-        "legend scenario truth believed limits learned notes",
+        "legend scenario truth first_guess_sources limits learned notes",
         {"provenance": ("stickslip_version", "file", "input_sha256=sha256")},
         "runs",
     )
@@ -321,7 +321,7 @@ class Positioning(Record):
     scenario: ScenarioTables  #: Contents of the scenario, by table and key, with units.
     truth: Mapping[str, float]  #: Of the simulated axis, by the names of the estimates [SI].
     #: Source of each first guess, by name: the scenario, an estimate, an earlier run.
-    believed: Mapping[str, str]
+    first_guess_sources: Mapping[str, str]
     runs: tuple[PositioningRun, ...]  #: At least one, each with at least one move.
     #: Limits that pulses have shown, by name, of estimates that are known within limits only [SI];
     #: None where none has.

@@ -91,7 +91,7 @@ class LearnedPulses(Record):
     method: PulseMethod  #: ``"pwc"``, ``"papwc"``, ``"exact"`` or ``"landing"``.
     kind: AxisKind  #: ``"linear"`` or ``"rotary"``.
     values: Mapping[str, float]  #: By name [SI, the unit that `stickslip.records.unit_of` names].
-    #: What the method's recursion resumes from, shape (n, n) [that of the method]; of least squares
+    #: Covariance from which the recursion resumes, shape (n, n) [of the method]; of least squares
     #: the inverse of the sum of the regressors' squares.
     covariance: Float[np.ndarray, "n n"]
 

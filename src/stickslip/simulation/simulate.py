@@ -55,7 +55,7 @@ class SimulatedMotion:
     load_velocity: Float[np.ndarray, " n+1"] | None = quantity_field("velocity", default=None)
     #: When the (first) mass came to rest, broke away or reversed [s], shape (e,).
     event_time: Float[np.ndarray, " e"] = quantity_field("time")
-    #: What it did from then on, -1 and +1 slip in that direction, 0 rest; shape (e,).
+    #: Motion from then on, -1 and +1 slip in that direction, 0 rest; shape (e,).
     event_mode: Int8[np.ndarray, " e"]
     #: Samples, shape (n,), in which the outcome of an event was too close to call; the velocity or
     #: the force touched its limit to 1e-10 of its scale, with static friction above Coulomb

@@ -31,7 +31,7 @@ _MOST_SAMPLES = 200_000  # of an input: a design tries some hundred inputs, whic
 
 
 def excite(
-    believed: Mapping[str, float],
+    first_guess: Mapping[str, float],
     *,
     kind: AxisKind | None = None,
     estimate: Path | str | None = None,
@@ -49,14 +49,14 @@ def excite(
 
     Parameters
     ----------
-    believed
+    first_guess
         First guesses of the parameters by name [SI]: ``inertia`` (or mass), friction of both
         directions or of each, ``offset``, and ``load_inertia`` and ``stiffness`` of an arm. Rough
         values are enough.
     kind
         ``"linear"`` or ``"rotary"``; None takes that of the estimate, or linear.
     estimate
-        File that ``stickslip identify --json`` wrote; ``believed`` takes precedence over it.
+        File that ``stickslip identify --json`` wrote; ``first_guess`` takes precedence over it.
     duration, sampling_time
         Of the effort [s].
     effort_limit, speed_limit, travel_limit
@@ -96,7 +96,7 @@ def excite(
         kind = "linear" if file is None else _kind_in(file)
     values: dict[str, Any] = {
         name.replace("inertia", "mass") if kind == "linear" else name: value
-        for name, value in believed.items()
+        for name, value in first_guess.items()
     }
     if file is not None:
         values = _from_estimate(file, kind, values) | values
@@ -131,7 +131,7 @@ def excite(
         sampling_time=sampling_time,
         effort=designed.effort,
         expected={
-            name: ExpectedParameter(believed=_first_guess(name, values), std=bound.std[name])
+            name: ExpectedParameter(first_guess=_first_guess(name, values), std=bound.std[name])
             for name in bound.names
         },
         largest_speed=designed.largest_speed,
@@ -169,11 +169,11 @@ def _kind_in(path: Path) -> AxisKind:
     return "rotary" if isinstance(document, dict) and document.get("kind") == "rotary" else "linear"
 
 
-def _from_estimate(path: Path, kind: AxisKind, believed: Mapping[str, float]) -> dict[str, float]:
+def _from_estimate(path: Path, kind: AxisKind, given: Mapping[str, float]) -> dict[str, float]:
     """Return the values of an estimate that are not given, by the names of ``[axis]``."""
     held = estimate_in(path, kind)
-    known = {quantity_name(name) for name in believed}
-    known |= {"mass"} if "inertia" in believed else set[str]()
+    known = {quantity_name(name) for name in given}
+    known |= {"mass"} if "inertia" in given else set[str]()
     for name, error in held.missing.items():
         if name not in known and name != "static_friction":
             raise error

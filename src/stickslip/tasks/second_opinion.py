@@ -24,14 +24,8 @@ def checked(found: Identification, task: EstimationTask) -> Identification:
 
     The default estimator tests for a delay of the effort, for missing terms of the force and for
     wrong units; the others take their model for true. Two estimates contradict each other if each
-    value is outside the interval of the other.
-
-    Parameters
-    ----------
-    found
-        Of one log of a rigid axis, by another estimator.
-    task
-        What was known of the axis.
+    value is outside the interval of the other. The identification is of one log of a rigid axis, by
+    another estimator than the default one.
     """
     if found.estimate.status is not Status.OK:
         return found

@@ -1,4 +1,4 @@
-"""What the controllers are put through: sensors, and how well masses and spring are known."""
+"""Cases of the controllers: sensors, and errors of guessed masses and springs."""
 
 from dataclasses import dataclass, replace
 
@@ -8,8 +8,6 @@ from stickslip.plants import FlexibleArm
 from stickslip.records import quantity_field
 from stickslip.simulation import Sensors
 from studies.van_de_wijdeven.conjunction.random_arms import RandomArm
-
-__all__ = ["BOUND", "CASES", "EXACT", "NOISY", "WRONG", "Case"]
 
 BOUND = 1e-5
 """Both masses are to stay within this part of the move of their target, without noise [-]."""
@@ -29,13 +27,7 @@ class Case:
     parameter_error: float = 0.0
 
     def bound(self, move: float) -> float:
-        """Return within which distance of the target both masses are to stay [m].
-
-        Parameters
-        ----------
-        move
-            Its length [m].
-        """
+        """Return the distance of the target within which both masses are to stay [m]."""
         return max(BOUND * move, _NOISE_BOUND * self.position_noise)
 
     def sensors(self) -> Sensors:
@@ -46,11 +38,6 @@ class Case:
         """Return the arm with masses and spring as they are guessed; its friction is the truth.
 
         Each is too large or too small by the error, as the seed of the arm has it.
-
-        Parameters
-        ----------
-        arm
-            The truth.
         """
         generator = np.random.default_rng((arm.seed, 1))  # not that of the noise
         wrong = 1.0 + self.parameter_error * generator.choice((-1.0, 1.0), 3)

@@ -1,4 +1,4 @@
-"""What the source's concluding remarks claim, judged by measurements."""
+"""Claims of the source's concluding remarks, judged by measurements."""
 
 from typing import NamedTuple
 
@@ -18,14 +18,12 @@ from studies.van_de_wijdeven.conjunction.series import SeriesEvidence
 from studies.van_de_wijdeven.conjunction.setting import MOVE, TARGETS
 from studies.van_de_wijdeven.records import SuccessiveSeries
 
-__all__ = ["CONJUNCTION_CLAIMS", "Evidence"]
-
 _PLACE = "Concluding remarks"
 _MORE = 1.0 + 1e-9  # ratio from which a value is larger than another
 
 
 class Evidence(NamedTuple):
-    """What was measured."""
+    """Measurements."""
 
     landings: LandingEvidence
     series: SeriesEvidence

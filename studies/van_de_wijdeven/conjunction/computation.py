@@ -13,8 +13,6 @@ from studies.van_de_wijdeven.writing import (
     write_reproduction,
 )
 
-__all__ = ["reproduce_conjunction"]
-
 
 def reproduce_conjunction(
     folder: Path | str,

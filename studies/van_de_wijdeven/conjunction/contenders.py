@@ -26,17 +26,6 @@ from studies.van_de_wijdeven.conjunction.random_arms import SAMPLING_TIME, Rando
 from studies.van_de_wijdeven.conjunction.scoring import ARRIVAL, WATCH, Leg, Rival
 from studies.van_de_wijdeven.conjunction.zero_vibration import ZeroVibrationController
 
-__all__ = [
-    "FASTEST",
-    "HOW_COMPARED",
-    "LANDING",
-    "LANDINGS",
-    "RIVALS",
-    "PIDTuning",
-    "ZeroVibrationTuning",
-    "landing_controller",
-]
-
 LANDING = "landing"
 """Name of the controller of the conjunction."""
 
@@ -57,15 +46,7 @@ FASTEST = 2.0 * pi * 0.1 / SAMPLING_TIME
 
 
 def landing_controller(arm: RandomArm, case: Case, name: str = LANDING) -> LandingController:
-    """Return the controller that lands the arm on its first target, then on the others.
-
-    Parameters
-    ----------
-    arm, case
-        Which, and under which conditions.
-    name
-        Of the controller, in `LANDINGS`.
-    """
+    """Return the controller in `LANDINGS` that lands the arm on one target after the other."""
     guessed, guess = case.guessed(arm), arm.guessed_friction
     first = {} if guess is None else {
         "coulomb_friction": guess.coulomb_friction_positive,

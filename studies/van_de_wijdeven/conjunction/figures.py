@@ -10,8 +10,6 @@ from studies.van_de_wijdeven.conjunction.series import SeriesEvidence
 from studies.van_de_wijdeven.conjunction.setting import MOVE, TARGETS, TIME
 from studies.van_de_wijdeven.records import Curve, CurveRole, Panel, ReproducedFigure
 
-__all__ = ["conjunction_figures"]
-
 _TIME = "time [s]"
 _SHOWN = 5  # samples from a drawn one to the next
 _SIGMAS = 2.0
@@ -25,13 +23,7 @@ _FLOOR = -10.0  # of what is drawn as a power of ten
 def conjunction_figures(
     landings: LandingEvidence, series: SeriesEvidence
 ) -> tuple[ReproducedFigure, ...]:
-    """Return the five figures.
-
-    Parameters
-    ----------
-    landings, series
-        What was measured.
-    """
+    """Return the five figures."""
     return (
         _landing(landings.noisy),
         _flights(landings.noisy),

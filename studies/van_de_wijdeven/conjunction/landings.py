@@ -25,16 +25,6 @@ from studies.van_de_wijdeven.conjunction.setting import (
     unknown_friction,
 )
 
-__all__ = [
-    "FEEDBACK",
-    "LANDING_PIECES",
-    "RIGID",
-    "Estimates",
-    "Landing",
-    "LandingEvidence",
-    "gather_landings",
-]
-
 FEEDBACK, RIGID = "PD and notch", "PAPWC, as if rigid"
 """Of the rivals, those that the source speaks of."""
 _CASES = (EXACT, NOISY)
@@ -45,7 +35,7 @@ _NOTED = 10  # samples between two notes of the estimates
 
 
 class Estimates(NamedTuple):
-    """What is guessed of friction at an instant [s, N, N s/m], with standard deviations."""
+    """Guesses of friction at an instant [s, N, N s/m], with standard deviations."""
 
     time: float
     coulomb: float
@@ -74,35 +64,17 @@ class Landing:
         return np.column_stack([each for each in columns if each is not None])
 
     def left(self, move: int) -> tuple[float, float]:
-        """Return what a move leaves: the error of mass 1, and the swing of mass 2 about it [m].
-
-        Parameters
-        ----------
-        move
-            0 or 1.
-        """
+        """Return what a move leaves: the error of mass 1, and the swing of mass 2 about it [m]."""
         x1, _, x2, v2 = self.states[round((move + 1) * TIME / SAMPLING_TIME)]
         swing = np.hypot(x2 - x1, v2 * sqrt(surrogate.MASS_2 / surrogate.STIFFNESS))
         return float(x1 - TARGETS[move]), float(swing)
 
     def at(self, time: float) -> Estimates:
-        """Return what was guessed at an instant.
-
-        Parameters
-        ----------
-        time
-            [s].
-        """
+        """Return the guesses at an instant [s]."""
         return next(each for each in reversed(self.estimates) if each.time <= time)
 
     def of_move(self, move: int) -> tuple[Phase, ...]:
-        """Return the phases of a move.
-
-        Parameters
-        ----------
-        move
-            0 or 1.
-        """
+        """Return the phases of move 0 or 1."""
         begin = move * TIME - 0.5 * SAMPLING_TIME
         return tuple(each for each in self.phases if begin <= each.start < begin + TIME)
 
@@ -117,7 +89,7 @@ class LandingEvidence:
     #: How far from the target the feedback of a landing leaves mass 1 when it is sent there itself,
     #: without and with noise [m].
     feedback_errors: tuple[float, ...]
-    #: What others leave of the first move, without noise, by name.
+    #: Errors of others after the first move, without noise, by name.
     rivals: Mapping[str, MoveOutcome]
 
 
@@ -157,15 +129,7 @@ class _Recorder:
 
 
 def gather_landings(seed: int, advance: Callable[[], None]) -> LandingEvidence:
-    """Land the arm, and let others try.
-
-    Parameters
-    ----------
-    seed
-        Of the noise.
-    advance
-        Called `LANDING_PIECES` times.
-    """
+    """Land the arm, and let others try; ``advance`` is called `LANDING_PIECES` times."""
     landings: list[Landing] = []
     for case in _CASES:
         landings.append(_landing(case, seed))

@@ -8,8 +8,6 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import quantity_field
 
-__all__ = ["EFFORT_LIMIT", "SAMPLING_TIME", "RandomArm", "random_arms"]
-
 SAMPLING_TIME = 0.02
 """[s]: the fastest arm swings with 3 rad/s on a held mass 1 and 4.2 rad/s on a free one, at which
 75 samples make a period."""
@@ -27,7 +25,7 @@ _FACTOR = 3.0
 _STATIC = (1.0, 1.3)
 """Static over Coulomb friction [-]."""
 _GUESS_ERROR = 0.5
-"""What is guessed of friction, if anything, is wrong by up to this part of the truth [-]."""
+"""Largest error of a guessed friction, over the truth [-]."""
 _GUESSED = 0.5
 """Share of the arms of which a friction is guessed [-]."""
 _MOVE = (0.7, 1.3)
@@ -98,12 +96,5 @@ def random_arms(generator: np.random.Generator, n: int) -> list[RandomArm]:
     (uniform). Of half of the arms nothing is guessed of friction, of the others a Coulomb, a
     viscous and a static friction that are each wrong by up to 50 % (uniform). Two moves of 0.7 to
     1.3 m follow each other, either of them either way.
-
-    Parameters
-    ----------
-    generator
-        Where the arms come from.
-    n
-        How many.
     """
     return [_random_arm(generator) for _ in range(n)]

@@ -16,17 +16,6 @@ from studies.van_de_wijdeven.conjunction.cases import Case
 from studies.van_de_wijdeven.conjunction.random_arms import SAMPLING_TIME, RandomArm
 from studies.van_de_wijdeven.records import LandingScore, Spread
 
-__all__ = [
-    "ARRIVAL",
-    "WATCH",
-    "Leg",
-    "MoveOutcome",
-    "Rival",
-    "landed_moves",
-    "rival_moves",
-    "score",
-]
-
 ARRIVAL = 200.0
 """Time to arrive [s]: ten times what most moves take."""
 WATCH = 20.0
@@ -91,15 +80,7 @@ class _Motion(NamedTuple):
 
 
 def rival_moves(arm: RandomArm, case: Case, make: Rival) -> list[MoveOutcome]:
-    """Run the controllers that are made for an arm's moves, one after the other.
-
-    Parameters
-    ----------
-    arm, case
-        Which, and under which conditions.
-    make
-        Makes the controller of each move, from what is guessed.
-    """
+    """Run the controllers that are made for an arm's moves, one after the other."""
     generator = np.random.default_rng(arm.seed)
     state = (0.0, 0.0, 0.0, 0.0)
     start, learned, found = 0.0, None, list[MoveOutcome]()
@@ -130,13 +111,6 @@ def landed_moves(arm: RandomArm, case: Case, controller: LandingController) -> l
     """Run the landing controller on an arm, from target to target.
 
     It is watched, at work, from the instant on at which it says that it has ended.
-
-    Parameters
-    ----------
-    arm, case
-        Which, and under which conditions.
-    controller
-        With the first target.
     """
     generator = np.random.default_rng(arm.seed)
     stepper = PlantStepper(arm.arm, sampling_time=SAMPLING_TIME)
@@ -214,16 +188,9 @@ def score(
     outcomes: Sequence[Sequence[MoveOutcome]],
     shortest: Sequence[Sequence[float]],
 ) -> LandingScore:
-    """Return what one controller's moves on all arms come to.
+    """Return the score of one controller over the moves of all arms.
 
-    Parameters
-    ----------
-    name, case
-        Which controller, and under which conditions.
-    outcomes
-        Of each arm, move by move.
-    shortest
-        The shortest possible time of each of them [s].
+    ``shortest`` is the shortest possible time of each move [s].
     """
     moves = [each for of_arm in outcomes for each in of_arm]
     least = [each for of_arm in shortest for each in of_arm]

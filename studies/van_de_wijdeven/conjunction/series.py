@@ -19,8 +19,6 @@ from studies.van_de_wijdeven.conjunction.setting import (
 )
 from studies.van_de_wijdeven.records import FrictionErrorEffect, ReferenceSeries, SuccessiveSeries
 
-__all__ = ["SERIES_PIECES", "Planned", "SeriesEvidence", "gather_series"]
-
 _REST = (0.0, 0.0, 0.0, 0.0)
 _AFTER = 8.0  # simulated after a series: more than a swing of mass 2 [s]
 _WAIT = 0.1  # for a better instant, where no series begins now [s]
@@ -50,7 +48,7 @@ class Planned:
     """A series and its true motion."""
 
     series: PulseSeries  #: As planned.
-    #: What the arm as guessed does, simulated exactly, and for a while after it.
+    #: Motion of the arm as guessed, simulated exactly, and for a while after it.
     motion: SimulatedMotion
     numbers: ReferenceSeries  #: What a table holds of it.
 
@@ -66,13 +64,7 @@ class SeriesEvidence:
 
 
 def gather_series(advance: Callable[[], None]) -> SeriesEvidence:
-    """Plan and simulate everything.
-
-    Parameters
-    ----------
-    advance
-        Called `SERIES_PIECES` times.
-    """
+    """Plan and simulate everything; ``advance`` is called `SERIES_PIECES` times."""
     planned: list[Planned] = []
     for samples, expected in _EXPECTED:
         planned.append(_planned(samples, expected))

@@ -5,20 +5,6 @@ from stickslip.plants import FlexibleArm
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.conjunction.cases import BOUND, NOISY
 
-__all__ = [
-    "EFFORT_LIMIT",
-    "FRICTION",
-    "MOVE",
-    "REFERENCE_LIMIT",
-    "REFERENCE_TIME",
-    "SETTING",
-    "TARGETS",
-    "TIME",
-    "reference_arm",
-    "setting_values",
-    "unknown_friction",
-]
-
 TARGETS = (1.0, 0.0)
 """Of the landings, one after the other [m]."""
 TIME = 40.0
@@ -80,13 +66,7 @@ def setting_values() -> dict[str, dict[str, tuple[float | tuple[float, ...], str
 
 
 def reference_arm(coulomb_friction: float = FRICTION) -> FlexibleArm:
-    """Return the arm of the reference points.
-
-    Parameters
-    ----------
-    coulomb_friction
-        [N].
-    """
+    """Return the arm of the reference points, with a Coulomb friction [N]."""
     return FlexibleArm(
         mass_1=surrogate.MASS_1,
         mass_2=surrogate.MASS_2,

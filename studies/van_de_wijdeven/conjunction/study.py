@@ -24,8 +24,6 @@ from studies.van_de_wijdeven.conjunction.scoring import (
 )
 from studies.van_de_wijdeven.records import LandingScore
 
-__all__ = ["ArmOutcomes", "arm_outcomes", "landing_scores", "scores_of", "shortest_times"]
-
 _RIVAL_CASES = (EXACT, NOISY, WRONG)
 
 
@@ -46,15 +44,7 @@ def trials(cases: Sequence[Case]) -> list[tuple[str, Case]]:
 
 
 def arm_outcomes(arm: RandomArm, cases: Sequence[Case]) -> ArmOutcomes:
-    """Let every controller move an arm.
-
-    Parameters
-    ----------
-    arm
-        Which.
-    cases
-        Under which conditions.
-    """
+    """Let every controller move an arm in every case."""
     return ArmOutcomes(
         shortest=shortest_times(arm),
         moves=tuple(
@@ -69,15 +59,7 @@ def arm_outcomes(arm: RandomArm, cases: Sequence[Case]) -> ArmOutcomes:
 
 
 def scores_of(outcomes: Sequence[ArmOutcomes], cases: Sequence[Case]) -> tuple[LandingScore, ...]:
-    """Return how each controller did in each case.
-
-    Parameters
-    ----------
-    outcomes
-        Of every arm.
-    cases
-        With which they were found.
-    """
+    """Return the score of each controller in each case, of the outcomes of every arm."""
     shortest = [each.shortest for each in outcomes]
     return tuple(
         score(name, case, [each.moves[k] for each in outcomes], shortest)
@@ -95,20 +77,8 @@ def landing_scores(
 ) -> tuple[LandingScore, ...]:
     """Let the landing controller, in every case, and its rivals, in some, move random arms.
 
-    The result does not depend on the workers.
-
-    Parameters
-    ----------
-    arms
-        How many, the same for each controller and case.
-    seed
-        Of the arms and their noise.
-    cases
-        In which they are tried.
-    workers
-        How many arms are worked on at once, by threads.
-    advance
-        Called after each arm.
+    ``workers`` arms are worked on at once, by threads, on which the result does not depend;
+    ``advance`` is called after each arm.
     """
     drawn = random_arms(np.random.default_rng(seed), arms)
     found = in_parallel(

@@ -15,8 +15,6 @@ from stickslip.control.feedback.reference import PointToPoint, Reference, refere
 from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import InputError, SensorSample, positive, quantity_field
 
-__all__ = ["ZeroVibrationController"]
-
 (
     _SAMPLING_TIME,
     _MASS_1,
@@ -173,13 +171,7 @@ class ZeroVibrationController:
         return s
 
     def shaped_at(self, times: ArrayLike) -> Reference:
-        """Return how the driven mass is to move.
-
-        Parameters
-        ----------
-        times
-            From the begin of the first move [s], shape (n,).
-        """
+        """Return the motion of the driven mass at times [s] from the begin of the first move on."""
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         table, moves = self.reference.table, len(self.reference.moves)
         r, v, a = _shaped_references(table, moves, self.delay, t)

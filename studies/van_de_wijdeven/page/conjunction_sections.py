@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from stickslip.presentation.page import Section
 from stickslip.presentation.words import prefixed
-from studies.van_de_wijdeven.page.dense import prose, row, section, wide
+from studies.van_de_wijdeven.page.dense import prose, row, section, table, typeset
 from studies.van_de_wijdeven.records import (
     ConjunctionReproduction,
     FrictionErrorEffect,
@@ -13,8 +13,6 @@ from studies.van_de_wijdeven.records import (
     Spread,
     SuccessiveSeries,
 )
-
-__all__ = ["conjunction_sections"]
 
 
 def conjunction_sections(reproduction: ConjunctionReproduction) -> tuple[Section, ...]:
@@ -35,11 +33,6 @@ def conjunction_sections(reproduction: ConjunctionReproduction) -> tuple[Section
     )
 
 
-def _table(heads: Sequence[str], rows: str) -> str:
-    cells = "".join(f'<th scope="col">{prose(head)}</th>' for head in heads)
-    return wide(f"<thead><tr>{cells}</tr></thead>\n<tbody>\n{rows}</tbody>")
-
-
 def _reference_series(every: Sequence[ReferenceSeries]) -> str:
     rows = "".join(
         row(
@@ -49,7 +42,7 @@ def _reference_series(every: Sequence[ReferenceSeries]) -> str:
                 f"{each.duration:.2f}",
                 f"{each.impulse:.3f}",
                 f"{each.peak_effort:.3f}",
-                f"{each.residual:.0e}".replace("-", "−"),
+                typeset(f"{each.residual:.0e}"),
             ],
         )
         for each in every
@@ -57,7 +50,7 @@ def _reference_series(every: Sequence[ReferenceSeries]) -> str:
     return (
         "<h3>Shortest durations</h3>\n<p>From rest to rest over 1 m. What is left is of the exact "
         "simulation of the arm as it is guessed.</p>\n"
-        + _table(
+        + table(
             (
                 "series",
                 "known [s]",
@@ -74,7 +67,7 @@ def _reference_series(every: Sequence[ReferenceSeries]) -> str:
 def _friction_errors(every: Sequence[FrictionErrorEffect]) -> str:
     rows = "".join(
         row(
-            f"{100 * each.friction_error:+g} %".replace("-", "−"),
+            typeset(f"{100 * each.friction_error:+g} %"),
             [
                 _signed(each.expected_error),
                 _signed(each.error),
@@ -90,7 +83,7 @@ def _friction_errors(every: Sequence[FrictionErrorEffect]) -> str:
         "series of the same duration. Where there is less friction than guessed both must be the "
         "same; where there is more, mass 1 sticks on the way where the series lets it creep, "
         "which series of one duration do differently.</p>\n"
-        + _table(
+        + table(
             ("friction", "mass 1, other", "mass 1, ours", "swing, other", "swing, ours"),
             rows,
         )
@@ -98,16 +91,14 @@ def _friction_errors(every: Sequence[FrictionErrorEffect]) -> str:
 
 
 def _signed(share: float) -> str:
-    return f"{100 * share:+.3g}".replace("-", "−")
+    return typeset(f"{100 * share:+.3g}")
 
 
 def _successive_series(every: Sequence[SuccessiveSeries]) -> str:
     count = max(each.error.size for each in every)
     rows = "".join(
         row(
-            f"{100 * each.friction_error:+g} %, {'learns' if each.learning else 'stays'}".replace(
-                "-", "−"
-            ),
+            typeset(f"{100 * each.friction_error:+g} %, {'learns' if each.learning else 'stays'}"),
             [
                 prefixed(max(abs(float(error)), float(swing)), "m")
                 for error, swing in zip(each.error, each.swing, strict=True)
@@ -119,7 +110,7 @@ def _successive_series(every: Sequence[SuccessiveSeries]) -> str:
     return (
         "<h3>Successive series</h3>\n<p>What is left of 1 m, the larger of mass 1's error and "
         "mass 2's swing, by the error of the first guess and whether it learns.</p>\n"
-        + _table(("guess", *(f"after series {k + 1}" for k in range(count))), rows)
+        + table(("guess", *(f"after series {k + 1}" for k in range(count))), rows)
     )
 
 
@@ -154,11 +145,11 @@ def _landing_scores(scores: Sequence[LandingScore], how_compared: str) -> str:
             for each in scores
             if each.case == case
         )
-        parts.append(f"<h3>{prose(case[0].upper() + case[1:])}</h3>\n{_table(heads, rows)}")
+        parts.append(f"<h3>{prose(case[0].upper() + case[1:])}</h3>\n{table(heads, rows)}")
     return "".join(parts) + f"<p>{prose(how_compared)}</p>\n"
 
 
 def _spread(of: Spread | None) -> str:
     if of is None:
         return "–"
-    return f"{of.median:.2g} ({of.upper_95:.2g})".replace("-", "−")
+    return typeset(f"{of.median:.2g} ({of.upper_95:.2g})")

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 from stickslip.presentation.page import Markup, Section
 
-__all__ = ["prose", "row", "section", "wide"]
-
 _SYMBOL = re.compile(r"\b([A-Za-zÂσ]\u0302?)_([a-z]+\d?(?:,max)?|\d)")
+_WORDS = ' class="words"'
 
 
 def prose(text: str) -> str:
@@ -25,10 +24,23 @@ def wide(table: str) -> str:
     )
 
 
+def table(heads: Sequence[str], body: str, *, words: Sequence[str] = ()) -> str:
+    """Return a wide table with one row of heads; those of columns of words stand on the left."""
+    cells = "".join(
+        f'<th scope="col"{_WORDS if head in words else ""}>{prose(head)}</th>' for head in heads
+    )
+    return wide(f"<thead><tr>{cells}</tr></thead>\n<tbody>\n{body}</tbody>")
+
+
 def row(name: str, cells: Sequence[str]) -> str:
     """Return a row of numbers under its name; the cells are HTML."""
     numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
     return f'<tr><th scope="row">{prose(name)}</th>{numbers}</tr>\n'
+
+
+def typeset(number: str) -> str:
+    """Return a number with a minus sign for a hyphen."""
+    return number.replace("-", "−")
 
 
 def section(anchor: str, name: str, body: str) -> Section:

@@ -7,10 +7,8 @@ from collections.abc import Mapping, Sequence
 from stickslip.presentation.drawing import symbol
 from stickslip.presentation.page import Section
 from stickslip.records import parameter_label, unit_of, unit_text
-from studies.van_de_wijdeven.page.dense import row, section, wide
+from studies.van_de_wijdeven.page.dense import row, section, typeset, wide
 from studies.van_de_wijdeven.records import EnergyReproduction, FiveRuns, VariantScore
-
-__all__ = ["energy_sections"]
 
 
 def energy_sections(reproduction: EnergyReproduction) -> tuple[Section, ...]:
@@ -160,7 +158,7 @@ def _quantity(name: str) -> str:
 
 
 def _fixed(value: float) -> str:
-    return f"{value:.4f}".replace("-", "−")
+    return typeset(f"{value:.4f}")
 
 
 def _short(value: float) -> str:
@@ -172,4 +170,4 @@ def _error(bias: float, rmse: float) -> str:
     if not (math.isfinite(bias) and math.isfinite(rmse)):
         return "–"
     decimals = 2 if 100 * rmse < 100 else 0
-    return f"{100 * bias:+.{decimals}f} ({100 * rmse:.{decimals}f})".replace("-", "−")
+    return typeset(f"{100 * bias:+.{decimals}f} ({100 * rmse:.{decimals}f})")

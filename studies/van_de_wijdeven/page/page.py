@@ -20,20 +20,13 @@ from studies.van_de_wijdeven.records import (
     Reproduction,
 )
 
-__all__ = ["reproduction_page"]
-
 _PARTS = {"A": "part A", "B": "part B", "conjunction": "concluding remarks"}
 
 
 def reproduction_page(reproduction: Reproduction, pictures: Mapping[str, bytes]) -> str:
     """Return a reproduction as one HTML page that works offline and on paper, without a script.
 
-    Parameters
-    ----------
-    reproduction
-        What to show; nothing is computed from it.
-    pictures
-        PNG of each figure, by the figure's number.
+    ``pictures`` are the PNGs of the figures, by their numbers.
     """
     figures = "".join(_figure(each, pictures[each.number]) for each in reproduction.figures)
     return rendered(

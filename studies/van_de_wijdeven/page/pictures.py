@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["picture"]
-
 _DOTS_PER_INCH = 160
 _WIDTH = 9.0  # inches, as all sizes here
 _SINGLE_HEIGHT = 3.6

@@ -10,7 +10,7 @@ from stickslip.presentation.drawing import symbol
 from stickslip.presentation.page import Section
 from stickslip.presentation.words import prefixed
 from stickslip.records import QUANTITIES, in_words, unit_text
-from studies.van_de_wijdeven.page.dense import prose, row, section, wide
+from studies.van_de_wijdeven.page.dense import prose, row, section, table, typeset, wide
 from studies.van_de_wijdeven.records import (
     CarriedRuns,
     ControllerScore,
@@ -19,11 +19,8 @@ from studies.van_de_wijdeven.records import (
     ResolutionScore,
 )
 
-__all__ = ["pulse_sections"]
-
 _SYMBOLS = {"pulse_effort": "f_p"}  # of values of Table 1 that are no quantities of an axis
 _ESTIMATES = {"pulse_gain": "b̂", "coulomb_friction": "f̂_c"}
-_WORDS = ' class="words"'
 _TABLE = "table_1"  # the group of values that the source prints as its Table 1
 
 
@@ -88,10 +85,7 @@ def _printed_numbers(numbers: Sequence[PrintedNumber]) -> str:
     return (
         "<h3>Every number of the text</h3>\n<p>“Same digits” says whether ours, rounded to the "
         "digits that the source prints, is the source's.</p>\n"
-        + wide(
-            f"<thead>{_heads(heads, words=('quantity', 'unit', 'same digits', 'from'))}</thead>\n"
-            f"<tbody>\n{body}</tbody>"
-        )
+        + table(heads, body, words=("quantity", "unit", "same digits", "from"))
     )
 
 
@@ -183,7 +177,7 @@ def _controller_scores(scores: Sequence[ControllerScore], how_compared: str) -> 
         "guesses. On target: within the tolerance all the time while watched at the end. Hunting: "
         "moved to and fro then. Times and pulses are those until the target was reached for good, "
         "of the axes on which it was.</p>\n"
-        + wide(f"<thead>{_heads(heads)}</thead>\n<tbody>\n{body}</tbody>")
+        + table(heads, body)
         + f"<p>{prose(how_compared)}</p>\n"
     )
 
@@ -223,17 +217,8 @@ def _resolution_scores(scores: Sequence[ResolutionScore]) -> str:
         f"the mass of Table 1, asked for the step of its encoder, from {scores[0].axes} starts of "
         "0.5 to 20 mm in each case. As long as friction repeats itself, the encoder is the limit; "
         "where it changes from pulse to pulse, about that change times a few steps of Eq. 24, "
-        "which shrink with the square of the sampling time T.</p>\n"
-        + wide(f"<thead>{_heads(heads)}</thead>\n<tbody>\n{body}</tbody>")
+        "which shrink with the square of the sampling time T.</p>\n" + table(heads, body)
     )
-
-
-def _heads(names: Sequence[str], words: Sequence[str] = ()) -> str:
-    """Return a row of heads, those of columns of words on the left of their columns."""
-    cells = "".join(
-        f'<th scope="col"{_WORDS if name in words else ""}>{prose(name)}</th>' for name in names
-    )
-    return f"<tr>{cells}</tr>"
 
 
 def _mark(*, yes: bool) -> str:
@@ -244,12 +229,12 @@ def _micrometres(error: float) -> str:
     """Return a length in micrometres with three digits, and no exponent."""
     value = 1e6 * error
     text = f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
-    return text.replace(",", "\u202f").replace("-", "−")
+    return typeset(text.replace(",", "\u202f"))
 
 
 def _signed_percent(share: float) -> str:
-    return f"{100 * share:+.1f} %".replace("-", "−")
+    return typeset(f"{100 * share:+.1f} %")
 
 
 def _number(value: float | None, form: str) -> str:
-    return "–" if value is None or math.isnan(value) else form.format(value).replace("-", "−")
+    return "–" if value is None or math.isnan(value) else typeset(form.format(value))

@@ -8,8 +8,6 @@ from studies.van_de_wijdeven.records import Sketch
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw_sketch"]
-
 _LETTERS = 15  # points
 _GROUND = (0.6, 9.4)  # from left to right; the drawing is 10 wide, as all lengths here
 _MASS = (3.6, 1.0, 2.8, 1.5)  # left, bottom, width, height
@@ -17,15 +15,7 @@ _HATCHING = 0.22
 
 
 def draw_sketch(axes: "Axes", sketch: Sketch) -> None:
-    """Draw a system into empty axes.
-
-    Parameters
-    ----------
-    axes
-        Where; their frame is taken away.
-    sketch
-        Which system.
-    """
+    """Draw a system into empty axes, whose frame is taken away."""
     axes.set_axis_off()
     axes.set_aspect("equal")
     axes.set_xlim(0.0, 10.0)

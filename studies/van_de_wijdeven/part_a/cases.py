@@ -7,16 +7,6 @@ from stickslip.estimation import EnergyEstimator, PublishedEnergyEstimator
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.loops import FORGETTING_FACTOR, INITIAL_VARIANCE
 
-__all__ = [
-    "CASES",
-    "PRINTED_COMPENSATED",
-    "VARIANTS",
-    "Case",
-    "Variant",
-    "published_estimator",
-    "robust_estimator",
-]
-
 Form = Literal["printed", "settled"]
 
 _HALF = 0.5  # the source's wrong standard deviations are 50 % of the true ones
@@ -31,12 +21,7 @@ def published_estimator(
 ) -> PublishedEnergyEstimator:
     """Return the source's estimator for the surrogate arm.
 
-    Parameters
-    ----------
-    sums, compensation, error_terms
-        As `PublishedEnergyEstimator` takes them.
-    assumed
-        Standard deviations that are assumed, over those of the surrogate values [-].
+    It assumes ``assumed`` times the standard deviations of the surrogate values.
     """
     compensated = compensation != "none"
     return PublishedEnergyEstimator(
@@ -56,11 +41,8 @@ def published_estimator(
 def robust_estimator(assumed: float | None = None) -> EnergyEstimator:
     """Return this package's own estimator for the surrogate arm.
 
-    Parameters
-    ----------
-    assumed
-        Standard deviations that it begins with on line, over those of the surrogate values [-];
-        None tells it none.
+    On line it begins with ``assumed`` times the standard deviations of the surrogate values, or
+    without any.
     """
     return EnergyEstimator(
         inertia=surrogate.MASS_1,

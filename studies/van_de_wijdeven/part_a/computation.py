@@ -19,8 +19,6 @@ from studies.van_de_wijdeven.writing import (
     write_reproduction,
 )
 
-__all__ = ["reproduce_part_a"]
-
 _FEWEST_RUNS = 5
 _STREAM = 2  # of the seeds; sequences and the Monte Carlo study have their own
 
@@ -36,31 +34,11 @@ def reproduce_part_a(
     """Reproduce part A of the source: its figures, its tables, and its claims beside measurements.
 
     Writes ``part-a.html``, ``part-a.json`` and a PNG file for each of Figures 5.1-5.3 and 6.1-6.10
-    into the folder, all of them or none.
-
-    Parameters
-    ----------
-    folder
-        Where the files go; made if it is missing.
-    runs
-        How often everything with noise is repeated: sequences of five runs of each case in each
-        loop, and runs of the Monte Carlo study for each loop and noise.
-    seed
-        Of all noise. The results depend on it and on ``runs`` alone.
-    workers
-        How many runs are worked on at once; None takes one for each processor.
-    progress
-        Called with the number of pieces of work that are done, and of all.
-
-    Returns
-    -------
-    What was reproduced, and the files.
-
-    Raises
-    ------
-    InputError
-        If no folder is named, there are too few runs, the seed is negative, there is no worker, or
-        nothing can be written in the folder.
+    into the folder, all of them or none. ``runs`` is the number of sequences of five runs of each
+    case in each loop, and of runs of the Monte Carlo study for each loop and noise. The results
+    depend on it and on the seed alone, not on ``workers``, one a processor by default. ``progress``
+    is called with the number of pieces of work that are done, and of all. Bad arguments, and a
+    folder in which nothing can be written, are an InputError.
     """
     whole("runs", runs, least=_FEWEST_RUNS)
     seed, workers = whole("seed", seed), checked_workers(workers)

@@ -1,4 +1,4 @@
-"""What noise does to the energies and regressors of a run, as its truth is known."""
+"""Effects of noise on the energies and regressors of a run, by its truth."""
 
 from dataclasses import dataclass
 
@@ -6,8 +6,6 @@ import numpy as np
 
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.runs import Run
-
-__all__ = ["NoiseEffects", "noise_effects"]
 
 
 @dataclass(frozen=True, kw_only=True)

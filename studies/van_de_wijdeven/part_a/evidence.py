@@ -15,15 +15,6 @@ from studies.van_de_wijdeven.part_a.monte_carlo import Study
 from studies.van_de_wijdeven.part_a.runs import Loop, one_run
 from studies.van_de_wijdeven.part_a.sequences import Sequences
 
-__all__ = [
-    "Evidence",
-    "Rest",
-    "Sampling",
-    "interaction_of_terms",
-    "rest_of_the_arm",
-    "sampling_errors",
-]
-
 _FINER = 10  # how many times shorter the sampling time becomes
 _LATE = 20.0  # of the run's end, in which the load's swing is measured [s]
 

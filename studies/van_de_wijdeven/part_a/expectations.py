@@ -1,4 +1,4 @@
-"""What noise does to an absolute value: Figures 5.1 to 5.3 of the source, and what they rest on."""
+"""Effect of noise on an absolute value: Figures 5.1 to 5.3 of the source, and their basis."""
 
 from dataclasses import dataclass
 
@@ -15,8 +15,6 @@ from studies.van_de_wijdeven.part_a.noise_compensation import (
     double_absolute_mean_polynomial,
 )
 from studies.van_de_wijdeven.records import Curve, CurveRole, Panel, ReproducedFigure
-
-__all__ = ["AbsoluteValue", "absolute_value", "expectation_figures"]
 
 _RANGE = 3.0  # standard deviations up to which the source's polynomials hold
 _POINTS = 601
@@ -43,7 +41,7 @@ class AbsoluteValue:
     double_mean_error: float
     #: Largest error of the polynomial of order four against what it approximates [sigma].
     fourth_order_error: float
-    #: What noise adds to the absolute velocity in expectation, and what the source's compensation
+    #: Expected addition of noise to the absolute velocity, and what the source's compensation
     #: takes off in expectation, at rest and at 2 sigma [sigma].
     added_at_rest: float
     removed_at_rest: float

@@ -11,8 +11,6 @@ from studies.van_de_wijdeven import judging
 from studies.van_de_wijdeven.part_a.evidence import Evidence
 from studies.van_de_wijdeven.part_a.runs import Loop
 
-__all__ = ["TRUTH", "VERY_CLOSE", "Quantity", "Row", "both", "errors", "final", "score", "spread"]
-
 Quantity = judging.Quantity[Evidence]
 Row = judging.Row[Evidence]
 

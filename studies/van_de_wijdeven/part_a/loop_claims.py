@@ -1,4 +1,4 @@
-"""What the source claims of B and S and of its two loops, judged by measurements."""
+"""Claims on B and S and on both loops, judged by measurements."""
 
 from functools import partial
 from itertools import chain
@@ -9,8 +9,6 @@ from jaxtyping import Float
 from studies.van_de_wijdeven.part_a.evidence import Evidence
 from studies.van_de_wijdeven.part_a.judging import VERY_CLOSE, Quantity, Row, both, final, spread
 from studies.van_de_wijdeven.part_a.runs import LOOPS, Loop
-
-__all__ = ["LOOP_CLAIMS"]
 
 _LESS = 1.0 - 1e-9  # ratio up to which a value is smaller than another
 _STABLE = 1.25  # by which an ITSE may differ

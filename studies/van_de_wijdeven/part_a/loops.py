@@ -15,14 +15,6 @@ from stickslip.control import (
 from stickslip.estimation import PublishedEnergyEstimator
 from stickslip.tasks import surrogate
 
-__all__ = [
-    "FORGETTING_FACTOR",
-    "INITIAL_VARIANCE",
-    "LOOPS_SETTING",
-    "feedback_controller",
-    "setting_values",
-]
-
 # Of the source's recursion: P(0) = INITIAL_VARIANCE I whatever the parameters' units.
 INITIAL_VARIANCE = 1e3
 FORGETTING_FACTOR = 1.0
@@ -50,7 +42,7 @@ LOOPS_SETTING = (
     f"recursion begins with first guesses of zero and P(0) = {INITIAL_VARIANCE:g} I; its "
     f"forgetting factor is {FORGETTING_FACTOR:g}"
 )
-"""What both loops of chapter 6 do, and what the recursion begins with."""
+"""Common values of both loops of chapter 6, and the begin of the recursion."""
 
 
 def setting_values() -> dict[str, dict[str, tuple[float | tuple[float, ...], str]]]:
@@ -98,14 +90,9 @@ def setting_values() -> dict[str, dict[str, tuple[float | tuple[float, ...], str
 def feedback_controller(
     estimator: PublishedEnergyEstimator, state: Float[np.ndarray, " s"]
 ) -> FeedbackController:
-    """Return the feedback of section 6.2, which compensates what an estimator finds on the way.
+    """Return the feedback of section 6.2, which compensates the running estimates of an estimator.
 
-    Parameters
-    ----------
-    estimator
-        Whose estimates are compensated.
-    state
-        What it begins with [units of the estimator].
+    ``state`` is that with which the estimator begins.
     """
     return FeedbackController(
         sampling_time=surrogate.SAMPLING_TIME,

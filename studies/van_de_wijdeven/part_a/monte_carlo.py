@@ -16,8 +16,6 @@ from studies.van_de_wijdeven.part_a.effects import NoiseEffects, noise_effects
 from studies.van_de_wijdeven.part_a.runs import LOOPS, Loop, one_run
 from studies.van_de_wijdeven.records import VariantScore
 
-__all__ = ["ASSUMED", "NOISES", "ROBUST_OFFLINE", "ROBUST_ONLINE", "Study", "monte_carlo"]
-
 NOISES = (0.5, 1.0, 2.0)
 """Noise of the sensors, over that of the surrogate values [-]."""
 
@@ -40,13 +38,13 @@ class Study:
     """Results of the runs."""
 
     scores: tuple[VariantScore, ...]  #: Of every variant, loop, noise and assumption.
-    #: What the noise of the surrogate values did to the energies, by loop, one a run.
+    #: Effects of the noise of the surrogate values on the energies, by loop, one a run.
     effects: Mapping[Loop, tuple[NoiseEffects, ...]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Outcome:
-    """What one run gave: estimates, and for those that give one, whether the interval held."""
+    """Results of one run: estimates, and whether their intervals hold the truth."""
 
     values: dict[Key, Float[np.ndarray, " 2"]] = field(default_factory=dict)
     covered: dict[Key, Float[np.ndarray, " 2"]] = field(default_factory=dict)
@@ -60,18 +58,9 @@ def monte_carlo(
     workers: int,
     advance: Callable[[], None],
 ) -> Study:
-    """Score every variant by runs with noise; the result does not depend on the workers.
+    """Score every variant by so many runs for each loop and noise.
 
-    Parameters
-    ----------
-    runs
-        How many for each loop and noise.
-    seed
-        Of all noise.
-    workers
-        How many runs are worked on at once.
-    advance
-        Called after each run.
+    The result does not depend on the workers; ``advance`` is called after each run.
     """
     cells = list(product(enumerate(LOOPS), enumerate(NOISES), range(runs)))
     found = in_parallel(

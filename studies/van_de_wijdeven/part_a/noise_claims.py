@@ -1,4 +1,4 @@
-"""What the source claims of noise in chapter 5, judged by measurements."""
+"""Claims on noise in chapter 5, judged by measurements."""
 
 from collections.abc import Callable, Sequence
 
@@ -15,8 +15,6 @@ from studies.van_de_wijdeven.part_a.noise_compensation import (
     viscous_regressor_bias,
 )
 from studies.van_de_wijdeven.part_a.runs import Loop
-
-__all__ = ["NOISE_CLAIMS", "deviation"]
 
 _CONFIDENCE = 0.999  # of a mean over runs, so that a true expectation is hardly ever refused
 _SPREADS = 3.5  # standard errors of a mean of very many draws that pass as chance

@@ -23,19 +23,6 @@ from stickslip.estimation.energy.published.kernels import (
 )
 from stickslip.records import non_negative, positive
 
-__all__ = [
-    "absolute_bias",
-    "absolute_bias_polynomial",
-    "absolute_density",
-    "absolute_mean",
-    "absolute_mean_polynomial",
-    "double_absolute_mean",
-    "double_absolute_mean_polynomial",
-    "kinetic_energy_bias",
-    "potential_energy_bias",
-    "viscous_regressor_bias",
-]
-
 _SPEED = "m/s or rad/s"
 
 SIXTH_ORDER = (

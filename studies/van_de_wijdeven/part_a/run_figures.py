@@ -10,8 +10,6 @@ from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.runs import Loop, Trace, itse
 from studies.van_de_wijdeven.records import Curve, CurveRole, FiveRuns, Panel, ReproducedFigure
 
-__all__ = ["five_run_table", "run_figures"]
-
 Traces = Mapping[tuple[Loop, str], Trace]
 
 _PAIRS = (("clean", "noisy"), ("full", "wrong"), ("terms", "wrong-terms"))
@@ -141,12 +139,7 @@ def _range(settled: Sequence[Float[np.ndarray, "..."]], truth: float) -> tuple[f
 def _larger_errors(number: int, loop: Loop, traces: Mapping[str, Trace]) -> str:
     """Return a remark if compensating the noise makes the feedback's prediction error larger.
 
-    Parameters
-    ----------
-    number
-        Of the figure, after the dot, that shows the error without compensation.
-    loop, traces
-        Where, and all cases there.
+    ``number`` is that of the figure, after the dot, that shows the error without compensation.
     """
     noisy, full = (itse(traces[key].time, traces[key].error) for key in ("noisy", "full"))
     if loop == "feedforward" or not np.sum(full) > np.sum(noisy):

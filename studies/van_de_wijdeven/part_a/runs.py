@@ -14,8 +14,6 @@ from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.cases import Case
 from studies.van_de_wijdeven.part_a.loops import feedback_controller
 
-__all__ = ["LOOPS", "RUNS_IN_A_ROW", "Loop", "Run", "Trace", "five_runs", "itse", "one_run"]
-
 Loop = Literal["feedforward", "feedback"]
 LOOPS: tuple[Loop, ...] = ("feedforward", "feedback")
 RUNS_IN_A_ROW = 5
@@ -52,17 +50,9 @@ def one_run(
 ) -> Run:
     """Simulate the arm for the whole duration, from rest.
 
-    Parameters
-    ----------
-    loop
-        The bang-bang input, or the feedback controller.
-    noise
-        Of the sensors, over that of the surrogate values [-].
-    generator
-        Where it comes from.
-    estimator, state
-        Whose running estimates the feedback controller compensates, and what it has learned so far;
-        without use in the feedforward.
+    The noise of the sensors is relative to that of the surrogate values [-]. The feedback
+    controller compensates the running estimates of the estimator, which begins with the state; both
+    are without use in the feedforward.
     """
     sensors = surrogate.surrogate_sensors(noise)
     if loop == "feedforward":

@@ -9,8 +9,6 @@ from jaxtyping import Float
 
 from studies.van_de_wijdeven.part_a.runs import RUNS_IN_A_ROW, Loop, Trace, itse
 
-__all__ = ["MeanLine", "Sequences", "digest", "sequence_seeds", "sequences_of"]
-
 _EARLY = 10.0  # when "rapidly" is over [s]
 _STREAM = 0  # of the seeds
 

@@ -1,4 +1,4 @@
-"""What the source claims of its feedforward simulations, judged by measurements."""
+"""Claims on the feedforward simulations, judged by measurements."""
 
 import numpy as np
 from jaxtyping import Float
@@ -16,8 +16,6 @@ from studies.van_de_wijdeven.part_a.judging import (
     score,
     spread,
 )
-
-__all__ = ["SIMULATION_CLAIMS"]
 
 _LOOP = "feedforward"
 _LARGER = 1.0 + 1e-9  # ratio from which a value is larger than another

@@ -20,25 +20,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     TOLERANCE,
 )
 
-__all__ = [
-    "APPLIED",
-    "BOUNDED",
-    "CALCULATED",
-    "CASES",
-    "COVARIANCE",
-    "KEYS",
-    "LARGE",
-    "PAPWC",
-    "PWC",
-    "READINGS",
-    "SMALL",
-    "UNBOUNDED",
-    "Case",
-    "Key",
-    "papwc",
-    "pwc",
-]
-
 PWC = "PWC"
 PAPWC = "PAPWC"
 UNBOUNDED, BOUNDED = None, LONGEST_PULSE
@@ -50,7 +31,7 @@ LARGE = "P(0) = 1e5 I"
 READINGS = {PWC: (CALCULATED, APPLIED), PAPWC: (SMALL, LARGE)}
 """By controller; the printed one first."""
 KEYS = {CALCULATED: "calculated", APPLIED: "applied", SMALL: "small_p", LARGE: "large_p"}
-"""What the names of numbers begin with, by reading."""
+"""Prefix of the names of numbers, by reading."""
 
 Key = tuple[str, str, float | None]
 """Controller, reading, and t_p,max [s] or None."""
@@ -69,16 +50,7 @@ def pwc(
 ) -> PulseWidthController:
     """Return pulse width control with F(0) = 1e5, which never gives up.
 
-    Parameters
-    ----------
-    longest_width
-        t_p,max [s]; None for none.
-    regressor
-        As `PulseWidthController` takes it.
-    sampling_time
-        [s].
-    start_error
-        Where the target is, as seen from 0 [m].
+    ``longest_width`` is t_p,max [s], None for none.
     """
     controller = PulseWidthController.from_friction(
         mass=MASS,
@@ -104,18 +76,8 @@ def papwc(
 ) -> PulseAmplitudeWidthController:
     """Return pulse amplitude and width control, which never gives up.
 
-    Parameters
-    ----------
-    longest_width
-        t_p,max [s]; None for none.
-    covariance
-        P(0) over the unit matrix [of the recursion].
-    sampling_time
-        [s].
-    tolerance
-        [m].
-    guess
-        First guess of the Coulomb friction over the true one [-].
+    ``longest_width`` is t_p,max [s], None for none; ``covariance`` is P(0) over the unit matrix,
+    ``guess`` the first guess of the Coulomb friction over the true one [-].
     """
     controller = PulseAmplitudeWidthController.from_friction(
         mass=MASS,

@@ -13,8 +13,6 @@ from studies.van_de_wijdeven.part_b.pulse_claims import PULSE_CLAIMS
 from studies.van_de_wijdeven.part_b.width_claims import WIDTH_CLAIMS
 from studies.van_de_wijdeven.records import Claim
 
-__all__ = ["PART_B_CLAIMS", "part_b_claims"]
-
 
 def _place(row: Row) -> tuple[float, int]:
     """Return where the source makes a claim: its section and its figure, 0 if it is in none."""

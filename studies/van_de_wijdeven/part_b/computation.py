@@ -14,8 +14,6 @@ from studies.van_de_wijdeven.writing import (
     write_reproduction,
 )
 
-__all__ = ["reproduce_part_b"]
-
 _FEWEST_AXES = 25
 _STARTS = 40  # of each case of the study of resolution
 

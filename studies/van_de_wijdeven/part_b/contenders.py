@@ -22,16 +22,6 @@ from studies.van_de_wijdeven.part_b.random_axes import (
 from studies.van_de_wijdeven.part_b.scoring import ARRIVAL, WATCH, Make
 from studies.van_de_wijdeven.part_b.setting import LONGEST_PULSE, SAMPLING_TIME, TOLERANCE
 
-__all__ = [
-    "CONTENDERS",
-    "HOW_TUNED",
-    "LONG_WATCH",
-    "LONG_WATCHED",
-    "LONG_WATCHED_AXES",
-    "PID_TUNINGS",
-    "SUCCESSOR",
-]
-
 _REST_SAMPLES = 5
 _REST = RestDetection.for_encoder(
     resolution=ENCODER_STEP, noise=POSITION_NOISE, samples=_REST_SAMPLES
@@ -121,7 +111,7 @@ LONG_WATCH = 1200.0
 LONG_WATCHED: Mapping[str, Make] = MappingProxyType(
     {f"PID, watched for {LONG_WATCH / 60:g} min": PID_TUNINGS["PID"]}
 )
-"""What goes to and fro so slowly that the usual watch does not see it."""
+"""Controllers that hunt so slowly that the usual watch does not show it."""
 
 LONG_WATCHED_AXES = 200
 """On no more axes than these."""

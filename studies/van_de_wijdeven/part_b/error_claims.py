@@ -1,4 +1,4 @@
-"""What sections 4 and 5 claim of the errors of amplitude and width control (PAPWC)."""
+"""Claims of sections 4 and 5 on the errors of amplitude and width control (PAPWC)."""
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from studies.van_de_wijdeven.part_b.judging import (
     Row,
     by_bound,
     by_reading,
+    largest_final_error,
 )
 from studies.van_de_wijdeven.part_b.runs import Series
 from studies.van_de_wijdeven.part_b.setting import (
@@ -22,8 +23,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     TOLERANCE,
 )
 
-__all__ = ["ERROR_CLAIMS"]
-
 _LEAST = 1e-9  # a time, length or speed below every one here [SI]
 _RESTING = 50  # samples at the end of a run
 
@@ -32,10 +31,6 @@ def _left(series: Series, run: int) -> float:
     """Return the distance that the first pulse of a run leaves [m]."""
     first = series.runs[run].pulses[0]
     return abs(first.error - first.achieved_displacement)
-
-
-def _largest_final_error(*both: Series) -> float:
-    return max(abs(series.final_error(run)) for series in both for run in RUNS)
 
 
 def _resting_speed(evidence: Evidence) -> float:
@@ -71,7 +66,7 @@ def _changes_outcome(_: Evidence, carried: Series, anew: Series) -> float:
 
 def _reduction(evidence: Evidence, *both: Series) -> float:
     """Return the worst final error of PWC over that of PAPWC."""
-    return _largest_final_error(*evidence.by_bound(PWC, CALCULATED)) / _largest_final_error(*both)
+    return largest_final_error(*evidence.by_bound(PWC, CALCULATED)) / largest_final_error(*both)
 
 
 ERROR_CLAIMS = (
@@ -105,7 +100,7 @@ ERROR_CLAIMS = (
                 low=float(len(RUNS)),
             ),
             Quantity(
-                "largest final error", "m", by_bound(lambda _, own, __: _largest_final_error(own))
+                "largest final error", "m", by_bound(lambda _, own, __: largest_final_error(own))
             ),
         ),
         "Without a bound, viscous friction is estimated as an f̂_c far above f_c. The closer f "

@@ -1,7 +1,6 @@
-"""What section 4 claims of the estimates of PAPWC, judged by ten runs of each case."""
+"""Claims of section 4 on the estimates of PAPWC, judged by ten runs of each case."""
 
 import numpy as np
-from jaxtyping import Float
 
 from studies.van_de_wijdeven.part_b.cases import (
     BOUNDED,
@@ -22,24 +21,19 @@ from studies.van_de_wijdeven.part_b.judging import (
     Row,
     by_bound,
     by_reading,
+    relative_gains,
 )
 from studies.van_de_wijdeven.part_b.runs import Series
 from studies.van_de_wijdeven.part_b.setting import PULSE_EFFORT, SAMPLING_TIME, START_ERROR
-
-__all__ = ["ESTIMATE_CLAIMS"]
 
 _LEAST = 1e-9  # a share below every one here
 _HARDLY = 0.01  # change of an estimate that counts as almost none, of it
 _LARGE_PULSE = 0.2  # of the start error, from which a pulse counts as large
 
 
-def _gain(evidence: Evidence, series: Series, run: int) -> Float[np.ndarray, " k"]:
-    return series.estimate(run, "pulse_gain") / evidence.gain
-
-
 def _first_gains(evidence: Evidence) -> dict[str, float]:
     return {
-        key[0]: float(_gain(evidence, evidence.series[key], FIRST)[0])
+        key[0]: float(relative_gains(evidence, evidence.series[key], FIRST)[0])
         for key in ((PWC, CALCULATED, UNBOUNDED), (PAPWC, SMALL, UNBOUNDED))
     }
 
@@ -69,7 +63,7 @@ def _large_pulses(_: Evidence, free: Series, __: Series) -> int:
 
 
 def _late_change(evidence: Evidence, free: Series, _: Series) -> float:
-    gains = _gain(evidence, free, LAST)
+    gains = relative_gains(evidence, free, LAST)
     return float(np.max(np.abs(gains[2:] / gains[1] - 1.0)))
 
 
@@ -82,7 +76,9 @@ def _change_by_shape(evidence: Evidence) -> float:
 
 def _finer_gain(evidence: Evidence) -> dict[str, float]:
     return {
-        reading: max(float(_gain(evidence, evidence.finer[reading, T], LAST)[-1]) for T in FINER)
+        reading: max(
+            float(relative_gains(evidence, evidence.finer[reading, T], LAST)[-1]) for T in FINER
+        )
         for reading in READINGS[PAPWC]
     }
 
@@ -102,7 +98,7 @@ def _opposite(_: Evidence, *both: Series) -> float:
 
 def _wider_anew(evidence: Evidence, *both: Series) -> float:
     """Return the range of b_hat over run 10 with P laid anew, less that with P carried [b]."""
-    carried, anew = (float(np.ptp(_gain(evidence, series, LAST))) for series in both)
+    carried, anew = (float(np.ptp(relative_gains(evidence, series, LAST))) for series in both)
     return anew - carried
 
 
@@ -139,7 +135,7 @@ ESTIMATE_CLAIMS = (
             Quantity(
                 "b̂/b at the start of run 10",
                 "1",
-                by_reading(PAPWC, lambda e, free, _: float(_gain(e, free, LAST)[0])),
+                by_reading(PAPWC, lambda e, free, _: float(relative_gains(e, free, LAST)[0])),
                 low=1.0 + _LEAST,
             ),
             Quantity(

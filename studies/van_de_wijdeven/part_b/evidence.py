@@ -24,8 +24,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     report_law,
 )
 
-__all__ = ["FINER", "GUESSES", "PIECES", "Evidence", "gather"]
-
 FINER = (SAMPLING_TIME / 2.0, SAMPLING_TIME / 10.0)
 """Shorter sampling times [s]."""
 GUESSES = (GUESS, 1.0, 1.5)
@@ -74,13 +72,7 @@ class Evidence:
 
 
 def gather(advance: Callable[[], None]) -> Evidence:
-    """Run everything.
-
-    Parameters
-    ----------
-    advance
-        Called `PIECES` times.
-    """
+    """Run everything; ``advance`` is called `PIECES` times."""
 
     def done(series: Series) -> Series:
         advance()

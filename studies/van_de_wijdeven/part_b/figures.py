@@ -26,8 +26,6 @@ from studies.van_de_wijdeven.part_b.setting import (
 )
 from studies.van_de_wijdeven.records import Curve, CurveRole, Panel, ReproducedFigure
 
-__all__ = ["part_b_figures"]
-
 _SHOWN = (0, RUNS_IN_A_ROW - 1)
 _BOUNDS: tuple[tuple[float | None, str, CurveRole], ...] = (
     (UNBOUNDED, "t_p,max = ∞", "first"),

@@ -1,4 +1,4 @@
-"""What section 3.2 claims of its equations (PAPWC), judged by formulas and by single runs."""
+"""Claims of section 3.2 on its equations (PAPWC), judged by formulas and by single runs."""
 
 from collections.abc import Callable
 
@@ -25,8 +25,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     STATIC_FRICTION,
     TOLERANCE,
 )
-
-__all__ = ["FORM_CLAIMS"]
 
 _SAME = 0.01  # of two displacements that count as the same
 _EXACT = 1e-6  # relative; of two solutions of the same least squares, with P(0) up to 1e5

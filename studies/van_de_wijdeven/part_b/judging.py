@@ -2,23 +2,14 @@
 
 from collections.abc import Callable
 
+import numpy as np
+from jaxtyping import Float
+
 from studies.van_de_wijdeven import judging
 from studies.van_de_wijdeven.part_b.cases import BOUNDED, PAPWC, PWC, READINGS, UNBOUNDED
 from studies.van_de_wijdeven.part_b.evidence import Evidence
 from studies.van_de_wijdeven.part_b.runs import Series
 from studies.van_de_wijdeven.part_b.setting import RUNS_IN_A_ROW
-
-__all__ = [
-    "BOUNDS",
-    "FIRST",
-    "LAST",
-    "RUNS",
-    "Quantity",
-    "Row",
-    "by_bound",
-    "by_controller",
-    "by_reading",
-]
 
 FIRST, LAST = 0, RUNS_IN_A_ROW - 1
 RUNS = range(RUNS_IN_A_ROW)
@@ -29,6 +20,16 @@ Quantity = judging.Quantity[Evidence]
 Row = judging.Row[Evidence]
 
 Of = Callable[[Evidence], dict[str, float]]
+
+
+def largest_final_error(*every: Series) -> float:
+    """Return the largest error at the end of all runs of some series [m]."""
+    return max(abs(series.final_error(run)) for series in every for run in RUNS)
+
+
+def relative_gains(evidence: Evidence, series: Series, run: int) -> Float[np.ndarray, " k"]:
+    """Return b_hat/b at the start of a run and after each of its pulses."""
+    return series.estimate(run, "pulse_gain") / evidence.gain
 
 
 def by_reading(controller: str, measure: Callable[[Evidence, Series, Series], float]) -> Of:

@@ -1,4 +1,4 @@
-"""What sections 2 and 3.1 claim of a single pulse, judged by formulas and by simulation."""
+"""Claims of sections 2 and 3.1 on a single pulse, judged by formulas and by simulation."""
 
 import math
 from dataclasses import replace
@@ -20,8 +20,6 @@ from studies.van_de_wijdeven.part_b.setting import (
     SAMPLING_TIME,
     report_plant,
 )
-
-__all__ = ["LAW_CLAIMS"]
 
 _SAME = 1e-9  # relative; of formulas and an exact simulation, whose rounding is far below
 _WIDTHS = (1, 3, 9)  # samples

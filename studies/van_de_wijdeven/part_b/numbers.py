@@ -9,8 +9,6 @@ from studies.van_de_wijdeven.part_b.setting import (
 )
 from studies.van_de_wijdeven.records import PrintedNumber
 
-__all__ = ["FAR", "NEAR", "printed_numbers", "width_by_gain"]
-
 FAR = 0.01
 """The displacement of Figure 1's example [m]."""
 NEAR = 0.002
@@ -20,15 +18,7 @@ _ROUNDED = 0.6  # as the source prints b_hat over b
 
 
 def width_by_gain(displacement: float, gain: float) -> float:
-    """Return the width that Eq. 4 asks for [s].
-
-    Parameters
-    ----------
-    displacement
-        [m].
-    gain
-        b, or an estimate of it [m/s^2].
-    """
+    """Return the width by Eq. 4 for a displacement [m], with b or an estimate of it [s]."""
     return (displacement / gain) ** 0.5
 
 

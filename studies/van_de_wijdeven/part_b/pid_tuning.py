@@ -16,8 +16,6 @@ from studies.van_de_wijdeven.part_b.setting import SAMPLING_TIME, TOLERANCE
 from studies.van_de_wijdeven.part_b.trials import study
 from studies.van_de_wijdeven.records import ControllerScore
 
-__all__ = ["FASTEST", "LEAST_MARGIN", "PIDTuning", "tune"]
-
 _REST = 5.0  # standard deviations of the differentiated noise
 _REST_SAMPLES = 2
 
@@ -93,7 +91,7 @@ _GRID: dict[str, tuple[float, ...]] = {
 FASTEST = 0.1 / SAMPLING_TIME
 """A tenth of the sampling rate [Hz], a common rule: beyond it every delay of a real loop tells."""
 LEAST_MARGIN = 30.0
-"""What is usually asked of a loop at least [degrees]."""
+"""Usual lower limit of the phase margin [degrees]."""
 _STARTS = tuple(product((30.0, 60.0), (3.0, 10.0)))  # phase margin and integral ratio
 
 
@@ -109,28 +107,10 @@ def tune(
     """Tune a variant by trial, on other axes than those of the comparison.
 
     One setting after the other runs over its grid while the others stay as they are, until a whole
-    round changes none; that from several starts. Better is what keeps more axes within the
-    tolerance; of equals, what is there sooner in the median.
-
-    Parameters
-    ----------
-    variant
-        Says what is not searched, and where the search of what is in ``free`` begins.
-    axes
-        To train on.
-    free
-        What is searched besides bandwidth, phase margin and integral ratio: ``"dead_band"``,
-        ``"dither"``, ``"dither_frequency"``.
-    fastest
-        Bandwidth that is not exceeded [Hz].
-    least_margin
-        Phase margin that is kept [degrees].
-    workers
-        How many runs are worked on at once.
-
-    Returns
-    -------
-    All that was tried with its score, the best first.
+    round changes none; that from several starts. The settings are bandwidth, phase margin, integral
+    ratio and those in ``free``: ``"dead_band"``, ``"dither"``, ``"dither_frequency"``. Better is
+    what keeps more axes within the tolerance; of equals, what is there sooner in the median. All
+    that was tried is returned with its score, the best first.
     """
     tried: dict[PIDTuning, ControllerScore] = {}
 

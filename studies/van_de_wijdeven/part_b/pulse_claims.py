@@ -1,4 +1,4 @@
-"""What section 4 claims of the pulses of amplitude and width control (PAPWC)."""
+"""Claims of section 4 on the pulses of amplitude and width control (PAPWC)."""
 
 import numpy as np
 
@@ -6,8 +6,6 @@ from studies.van_de_wijdeven.part_b.cases import PAPWC, READINGS, UNBOUNDED
 from studies.van_de_wijdeven.part_b.evidence import Evidence
 from studies.van_de_wijdeven.part_b.judging import FIRST, LAST, Quantity, Row, by_bound, by_reading
 from studies.van_de_wijdeven.part_b.runs import Series
-
-__all__ = ["PULSE_CLAIMS"]
 
 
 def _count(series: Series, run: int) -> int:

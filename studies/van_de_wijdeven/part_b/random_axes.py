@@ -10,8 +10,6 @@ from stickslip.plants import SingleMass
 from stickslip.records import quantity_field
 from studies.van_de_wijdeven.part_b.setting import COULOMB_FRICTION, MASS, VISCOUS_FRICTION
 
-__all__ = ["ENCODER_STEP", "POSITION_NOISE", "SAMPLE_NOISE", "RandomAxis", "random_axes"]
-
 _FACTOR = 2.0
 """Mass, Coulomb and viscous friction lie between Table 1 over this and times this [-]."""
 _STATIC = (1.05, 1.5)
@@ -24,7 +22,7 @@ _EFFORT_LIMIT = 3.0
 """Over the Coulomb friction [-]."""
 _MASS_ERROR = 0.05
 _FRICTION_ERROR = 0.5
-"""What is guessed of mass and friction is wrong by up to this part of the truth [-]."""
+"""Largest error of a guessed friction, over the truth [-]."""
 _START_ERROR = (0.5e-3, 20e-3)
 """Distance from the target at the start, either sign [m]."""
 
@@ -104,17 +102,10 @@ def random_axes(generator: np.random.Generator, n: int) -> list[RandomAxis]:
     """Draw axes; the first of them do not depend on how many are drawn.
 
     Mass, Coulomb and viscous friction are within a factor 2 of Table 1 (the logarithm is uniform),
-    static friction is 1.05 to 1.5 times the Coulomb friction of the same direction, the friction
-    of either direction is within 20 % of the mean of both (Coulomb, static and viscous each by a
-    part of its own), the offset within 0.2 of the mean Coulomb friction; the effort limit is 3
-    times that. The mass is guessed within 5 %, each friction within 50 % of its mean. The start
-    is 0.5 to 20 mm off the target. All these are uniform where nothing else is said.
-
-    Parameters
-    ----------
-    generator
-        Where the axes come from.
-    n
-        How many.
+    static friction is 1.05 to 1.5 times the Coulomb friction of the same direction, the friction of
+    either direction is within 20 % of the mean of both (Coulomb, static and viscous each by a part
+    of its own), the offset within 0.2 of the mean Coulomb friction; the effort limit is 3 times
+    that. The mass is guessed within 5 %, each friction within 50 % of its mean. The start is 0.5 to
+    20 mm off the target. All these are uniform where nothing else is said.
     """
     return [_random_axis(generator) for _ in range(n)]

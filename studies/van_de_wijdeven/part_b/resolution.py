@@ -24,8 +24,6 @@ from studies.van_de_wijdeven.part_b.setting import (
 )
 from studies.van_de_wijdeven.records import ResolutionScore
 
-__all__ = ["resolution_pieces", "resolution_scores"]
-
 _WINDOW = 10  # samples in which rest is looked for
 _LONGEST = 2000  # samples of a run, as many as the most pulses take
 _GUESS = 0.3  # of the friction: the first guess is wrong by up to this part
@@ -34,7 +32,7 @@ _START = (0.5e-3, 20e-3)  # distance from the target [m]
 
 @dataclass(frozen=True, kw_only=True)
 class _Case:
-    """What a cell of the study is about; `ResolutionScore` says what each is."""
+    """Conditions of a cell of the study, as in `ResolutionScore`."""
 
     encoder_step: float = 1e-8
     static_ratio: float = 1.3
@@ -56,16 +54,8 @@ def resolution_scores(
 ) -> tuple[ResolutionScore, ...]:
     """Bring the mass of Table 1 as near to its target as its encoder can tell, in several cases.
 
-    Parameters
-    ----------
-    axes
-        How many starts and first guesses in each case.
-    seed
-        Of these, and of how friction changes.
-    workers
-        How many cases are worked on at once.
-    advance
-        Called `resolution_pieces` times.
+    ``axes`` is the number of starts and first guesses in each case; ``workers`` cases are worked on
+    at once; ``advance`` is called `resolution_pieces` times.
     """
     return tuple(
         in_parallel(

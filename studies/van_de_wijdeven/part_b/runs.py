@@ -17,8 +17,6 @@ from studies.van_de_wijdeven.part_b.setting import (
 )
 from studies.van_de_wijdeven.records import CarriedRuns
 
-__all__ = ["Series", "carried", "one_run", "series_of"]
-
 _END = (
     0.5  # of a run, in which its final error is looked for: an axis that cycles is never there [s]
 )
@@ -68,15 +66,7 @@ class Series:
 
 
 def one_run(controller: PulseController, *, duration: float = DURATION) -> PulseRun:
-    """Run a controller on the mass of Table 1, from rest at 0, with ideal sensors.
-
-    Parameters
-    ----------
-    controller
-        What moves it.
-    duration
-        [s].
-    """
+    """Run a controller on the mass of Table 1, from rest at 0, with ideal sensors."""
     return run_pulses(
         report_plant(), controller, sampling_time=controller.sampling_time, duration=duration
     )
@@ -89,18 +79,10 @@ def series_of(
     keep_covariance: bool = True,
     last: Callable[[Mapping[str, float]], bool] | None = None,
 ) -> Series:
-    """Run a controller several times, each time with what the run before has taught it.
+    """Run a controller several times, each time with what it learned in the run before.
 
-    Parameters
-    ----------
-    first
-        The controller of the first run.
-    runs
-        How many.
-    keep_covariance
-        Whether each run goes on with the covariance as well, not with the estimates alone.
-    last
-        Whether a run that ends with these estimates is the last, whatever ``runs`` is.
+    Without ``keep_covariance`` each run goes on with the estimates alone. A run that ends with
+    estimates of which ``last`` is true is the last one.
     """
     controllers, done = [first], [one_run(first)]
     for _ in range(1, runs):
@@ -116,17 +98,7 @@ def series_of(
 def carried(
     series: Series, *, controller: str, reading: str, longest_pulse: float | None
 ) -> CarriedRuns:
-    """Return what a series did, run by run.
-
-    Parameters
-    ----------
-    series
-        The runs.
-    controller, reading
-        What it is called.
-    longest_pulse
-        t_p,max [s]; None for none.
-    """
+    """Return the results of a series, run by run."""
     runs = range(len(series.runs))
     names = [
         name for name in ("pulse_gain", "coulomb_friction") if name in series.runs[0].estimates

@@ -17,15 +17,6 @@ from studies.van_de_wijdeven.part_b.random_axes import (
 from studies.van_de_wijdeven.part_b.setting import SAMPLING_TIME, TOLERANCE
 from studies.van_de_wijdeven.records import ControllerScore
 
-__all__ = [
-    "ARRIVAL",
-    "WATCH",
-    "AxisOutcome",
-    "Make",
-    "outcome_on",
-    "score",
-]
-
 ARRIVAL = 40.0
 """Time to arrive [s]: ten times what most controllers need."""
 WATCH = 20.0
@@ -54,12 +45,7 @@ class AxisOutcome:
 def outcome_on(axis: RandomAxis, make: Make, *, watch: float = WATCH) -> AxisOutcome:
     """Run the controller that is made for an axis on it, and judge the true motion.
 
-    Parameters
-    ----------
-    axis, make
-        Which, and what makes the controller.
-    watch
-        How long it is watched after the time to arrive [s].
+    The axis is watched for a while after the time to arrive [s].
     """
     controller = make(axis)
     run = simulate_closed_loop(

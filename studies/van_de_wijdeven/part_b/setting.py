@@ -6,25 +6,6 @@ if TYPE_CHECKING:
     from stickslip.planning import PulseLaw
     from stickslip.plants import SingleMass
 
-__all__ = [
-    "COULOMB_FRICTION",
-    "DURATION",
-    "GUESS",
-    "LONGEST_PULSE",
-    "MASS",
-    "PULSE_EFFORT",
-    "RUNS_IN_A_ROW",
-    "SAMPLING_TIME",
-    "SETTING",
-    "START_ERROR",
-    "STATIC_FRICTION",
-    "TOLERANCE",
-    "VISCOUS_FRICTION",
-    "report_law",
-    "report_plant",
-    "setting_values",
-]
-
 # Table 1 [kg, N, N s/m, N, N, s].
 MASS = 150.0
 COULOMB_FRICTION = 100.0

@@ -14,25 +14,14 @@ from studies.van_de_wijdeven.part_b.random_axes import random_axes
 from studies.van_de_wijdeven.part_b.trials import study, tasks
 from studies.van_de_wijdeven.records import ControllerScore
 
-__all__ = ["controller_scores", "pieces"]
-
 
 def controller_scores(
     axes: int, seed: int, *, workers: int, advance: Callable[[], None]
 ) -> tuple[ControllerScore, ...]:
-    """Try all contenders on random axes.
+    """Try all contenders on the same random axes, ``workers`` runs at once.
 
-    Parameters
-    ----------
-    axes
-        How many, the same for each contender; what is watched for long is tried on the first
-        `LONG_WATCHED_AXES` of them.
-    seed
-        Of the axes and their noise.
-    workers
-        How many runs are worked on at once.
-    advance
-        Called `pieces` times.
+    What is watched for long is tried on the first `LONG_WATCHED_AXES` of them; ``advance`` is
+    called `pieces` times.
     """
     drawn = random_axes(np.random.default_rng(seed), axes)
     scores = study(drawn, CONTENDERS, workers=workers, advance=advance)

@@ -8,8 +8,6 @@ from studies.van_de_wijdeven.part_b.random_axes import RandomAxis
 from studies.van_de_wijdeven.part_b.scoring import WATCH, AxisOutcome, Make, outcome_on, score
 from studies.van_de_wijdeven.records import ControllerScore
 
-__all__ = ["study", "tasks"]
-
 _CHUNK = 25  # axes a task: so many that handing out tasks costs nothing
 
 
@@ -23,18 +21,8 @@ def study(
 ) -> tuple[ControllerScore, ...]:
     """Try every controller on every axis; the result does not depend on the workers.
 
-    Parameters
-    ----------
-    axes
-        At least one.
-    controllers
-        By name, what makes the controller for an axis.
-    watch
-        How long each axis is watched after the time to arrive [s].
-    workers
-        How many runs are worked on at once.
-    advance
-        Called after the runs of one controller on some of the axes.
+    ``controllers`` make that for an axis; ``advance`` is called after the runs of one of them on
+    some of the axes.
     """
     chunks = [axes[k : k + _CHUNK] for k in range(0, len(axes), _CHUNK)]
 

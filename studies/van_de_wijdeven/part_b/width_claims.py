@@ -1,4 +1,4 @@
-"""What the source claims of pulse width control (PWC), judged by ten runs of each case."""
+"""Claims on pulse width control (PWC), judged by ten runs of each case."""
 
 import math
 
@@ -15,11 +15,11 @@ from studies.van_de_wijdeven.part_b.judging import (
     Row,
     by_controller,
     by_reading,
+    largest_final_error,
+    relative_gains,
 )
 from studies.van_de_wijdeven.part_b.runs import Series
 from studies.van_de_wijdeven.part_b.setting import PULSE_EFFORT, SAMPLING_TIME, TOLERANCE
-
-__all__ = ["WIDTH_CLAIMS"]
 
 _CYCLE = 4  # last pulses of a run, over which a limit cycle goes to and fro
 _LEAST = 1e-9  # a length or share below every one here
@@ -46,13 +46,8 @@ def _rests(series: Series, run: int) -> tuple[float, float]:
     return last.error, last.error - last.achieved_displacement
 
 
-def _gains(evidence: Evidence, series: Series, run: int) -> Float[np.ndarray, " k"]:
-    """Return b_hat/b at the start of a run and after each of its pulses."""
-    return series.estimate(run, "pulse_gain") / evidence.gain
-
-
 def _last_gain(evidence: Evidence, series: Series) -> float:
-    return float(_gains(evidence, series, LAST)[-1])
+    return float(relative_gains(evidence, series, LAST)[-1])
 
 
 def _surplus(evidence: Evidence) -> Float[np.ndarray, " k"]:
@@ -64,7 +59,7 @@ def _surplus(evidence: Evidence) -> Float[np.ndarray, " k"]:
 
 
 def _last_step(evidence: Evidence, free: Series, _: Series) -> float:
-    steps = np.abs(np.diff(_gains(evidence, free, FIRST)))
+    steps = np.abs(np.diff(relative_gains(evidence, free, FIRST)))
     return float(steps[-1] / steps[0])
 
 
@@ -84,10 +79,6 @@ def _overshoot(series: Series, run: int) -> float:
 
 def _smallest(evidence: Evidence) -> float:
     return float(evidence.law.displacement(PULSE_EFFORT, SAMPLING_TIME))
-
-
-def _largest_final_error(*both: Series) -> float:
-    return max(abs(series.final_error(run)) for series in both for run in RUNS)
 
 
 def _true_gain_samples(evidence: Evidence) -> int:
@@ -260,7 +251,7 @@ WIDTH_CLAIMS = (
                 "1",
                 by_reading(
                     PWC,
-                    lambda e, free, bound: _largest_final_error(free, bound) / _smallest(e),
+                    lambda e, free, bound: largest_final_error(free, bound) / _smallest(e),
                 ),
                 high=1.0,
             ),

@@ -1,4 +1,4 @@
-"""What each part of the reproduction consists of: figures, claims, numbers and scores."""
+"""Records of the reproduction: figures, claims, numbers and scores."""
 
 from studies.van_de_wijdeven.records.conjunction import (
     ConjunctionReproduction,

@@ -1,21 +1,14 @@
 """The conjunction of the source, worked out: series of pulses, landings, and its rivals."""
 
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.records import quantity_field
+from stickslip.records.record import Record
 from studies.van_de_wijdeven.records.landing_score import LandingScore
-from studies.van_de_wijdeven.records.reproduction import Reproduction
-
-__all__ = [
-    "ConjunctionReproduction",
-    "FrictionErrorEffect",
-    "ReferenceSeries",
-    "SuccessiveSeries",
-]
+from studies.van_de_wijdeven.records.reproduction import Reproduction, form_with
 
 _LEGEND = {
     "reference_series": "series that take the arm of the reference points 1 m from rest to rest",
@@ -41,7 +34,7 @@ _LEGEND = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReferenceSeries:
+class ReferenceSeries(Record):
     """A series whose shortest duration is known."""
 
     pulse_width: float = quantity_field("time")  #: Of each pulse.
@@ -51,16 +44,16 @@ class ReferenceSeries:
     duration: float = quantity_field("time")
     impulse: float  #: Time integral of the effort's magnitude [N s].
     peak_effort: float = quantity_field("effort")  #: Its largest magnitude.
-    #: What the exact simulation leaves, of either mass's position and of the swing, the largest.
+    #: Largest error of the exact simulation, of either mass's position and of the swing.
     residual: float = quantity_field("position")
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionErrorEffect:
+class FrictionErrorEffect(Record):
     """Error after a series if the Coulomb friction is not as guessed."""
 
     friction_error: float  #: True Coulomb friction over the guessed one, less 1 [-].
-    #: What is known for another series of the same duration.
+    #: Values of another series of the same duration.
     expected_error: float = quantity_field("position")
     expected_swing: float = quantity_field("position")
     error: float = quantity_field("position")  #: Final position of mass 1 less the target.
@@ -68,7 +61,7 @@ class FrictionErrorEffect:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SuccessiveSeries:
+class SuccessiveSeries(Record):
     """Successive series to one target with a wrong initial Coulomb friction."""
 
     friction_error: float  #: Initial Coulomb friction over the true one, less 1 [-].
@@ -83,37 +76,15 @@ class SuccessiveSeries:
 class ConjunctionReproduction(Reproduction):
     """Method that the concluding remarks of the source sketch, reproduced."""
 
+    part, own_legend = "conjunction", _LEGEND
+    json_form = form_with(
+        "reference_series friction_errors successive_series landing_scores how_compared"
+    )
+
     reference_series: tuple[ReferenceSeries, ...]  #: Series whose shortest durations are known.
-    #: What the fastest of them leaves if the Coulomb friction is not as guessed.
+    #: Error of the fastest of them if the Coulomb friction is not as guessed.
     friction_errors: tuple[FrictionErrorEffect, ...]
     #: Successive series, with constant and with updated estimates.
     successive_series: tuple[SuccessiveSeries, ...]
     landing_scores: tuple[LandingScore, ...]  #: Controllers on random arms.
     how_compared: str  #: How those were tuned and judged, in words.
-
-    @property
-    def part(self) -> Literal["conjunction"]:
-        """Which part of the source."""
-        return "conjunction"
-
-    def legend(self) -> dict[str, str]:
-        """Return what the keys of this part's own results mean."""
-        return dict(_LEGEND)
-
-    def results(self) -> dict[str, Any]:
-        """Return this part's own results, by their key, as plain JSON types."""
-        return {
-            "reference_series": [asdict(each) for each in self.reference_series],
-            "friction_errors": [asdict(each) for each in self.friction_errors],
-            "successive_series": [
-                {
-                    "friction_error": each.friction_error,
-                    "learning": each.learning,
-                    "error": each.error.tolist(),
-                    "swing": each.swing.tolist(),
-                }
-                for each in self.successive_series
-            ],
-            "landing_scores": [asdict(each) for each in self.landing_scores],
-            "how_compared": self.how_compared,
-        }

@@ -2,15 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
-from studies.van_de_wijdeven.records.reproduction import Reproduction
-
-__all__ = ["EnergyReproduction", "FiveRuns", "VariantScore"]
+from stickslip.records.record import Record
+from studies.van_de_wijdeven.records.reproduction import Reproduction, form_with
 
 Loop = Literal["feedforward", "feedback"]
 
@@ -31,7 +29,7 @@ _LEGEND = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class FiveRuns:
+class FiveRuns(Record):
     """Consecutive runs of one case, each beginning with what the one before had learned."""
 
     loop: Loop  #: ``"feedforward"`` or ``"feedback"``.
@@ -42,12 +40,9 @@ class FiveRuns:
     #: the same loop, shape (runs,) [-].
     itse: Float[np.ndarray, " runs"]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
-
 
 @dataclass(frozen=True, kw_only=True)
-class VariantScore:
+class VariantScore(Record):
     """How one variant of the estimator does over many runs with noise."""
 
     loop: Loop  #: ``"feedforward"`` or ``"feedback"``.
@@ -65,54 +60,14 @@ class VariantScore:
     #: that gives no interval.
     coverage: Mapping[str, float] | None
 
-    def __post_init__(self) -> None:
-        for name in ("bias", "rmse", "coverage"):
-            values = getattr(self, name)
-            if values is not None:
-                object.__setattr__(self, name, MappingProxyType(dict(values)))
-
 
 @dataclass(frozen=True, kw_only=True)
 class EnergyReproduction(Reproduction):
     """Part A of the source, reproduced."""
 
-    #: What was reproduced beside figures and claims.
+    part, own_legend = "A", _LEGEND
+    json_form = form_with("five_runs variants")
+
+    #: Results beside figures and claims.
     five_runs: tuple[FiveRuns, ...]
     variants: tuple[VariantScore, ...]
-
-    @property
-    def part(self) -> Literal["A"]:
-        """Which part of the source."""
-        return "A"
-
-    def legend(self) -> dict[str, str]:
-        """Return what the keys of this part's own results mean."""
-        return dict(_LEGEND)
-
-    def results(self) -> dict[str, Any]:
-        """Return this part's own results, by their key, as plain JSON types."""
-        return {
-            "five_runs": [
-                {
-                    "loop": each.loop,
-                    "case": each.case,
-                    "values": {name: value.tolist() for name, value in each.values.items()},
-                    "itse": each.itse.tolist(),
-                }
-                for each in self.five_runs
-            ],
-            "variants": [
-                {
-                    "loop": each.loop,
-                    "variant": each.variant,
-                    "noise": each.noise,
-                    "assumed": each.assumed,
-                    "runs": each.runs,
-                    "failed": each.failed,
-                    "bias": dict(each.bias),
-                    "rmse": dict(each.rmse),
-                    "coverage": None if each.coverage is None else dict(each.coverage),
-                }
-                for each in self.variants
-            ],
-        }

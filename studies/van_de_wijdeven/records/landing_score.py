@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["LandingScore", "Spread"]
+from stickslip.records.record import Record
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spread:
+class Spread(Record):
     """How something is spread over many cases."""
 
     #: The median, what 95 % do not exceed, and the largest [as of what is spread].
@@ -19,19 +19,13 @@ class Spread:
 
     @classmethod
     def of(cls, values: Sequence[float]) -> "Spread":
-        """Return the spread of values.
-
-        Parameters
-        ----------
-        values
-            At least one [any unit].
-        """
+        """Return the spread of at least one value."""
         median, upper = np.quantile(values, (0.5, 0.95))
         return cls(median=float(median), upper_95=float(upper), worst=float(max(values)))
 
 
 @dataclass(frozen=True, kw_only=True)
-class LandingScore:
+class LandingScore(Record):
     """How one controller lands many random arms, from rest to rest and target to target."""
 
     controller: str  #: Which one.

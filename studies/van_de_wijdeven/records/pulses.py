@@ -1,23 +1,14 @@
 """Part B of the source, reproduced: its numbers, its runs, and controllers on random axes."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from decimal import Decimal
-from types import MappingProxyType
-from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from studies.van_de_wijdeven.records.reproduction import Reproduction
-
-__all__ = [
-    "CarriedRuns",
-    "ControllerScore",
-    "PrintedNumber",
-    "PulseReproduction",
-    "ResolutionScore",
-]
+from stickslip.records.record import Record
+from studies.van_de_wijdeven.records.reproduction import Reproduction, form_with
 
 _LEGEND = {
     "printed_numbers.printed": "the number as the source prints it",
@@ -56,8 +47,10 @@ _LEGEND = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class PrintedNumber:
+class PrintedNumber(Record):
     """A number of the source beside the same number computed."""
+
+    json_form = ("place quantity printed value unit same_digits how",)
 
     place: str  #: Where the source prints it, such as ``"3.1"``.
     quantity: str  #: What it is.
@@ -68,7 +61,7 @@ class PrintedNumber:
 
     @property
     def difference(self) -> float:
-        """What the source's number differs by from ours, over ours [1]."""
+        """Difference of the source's number from ours, over ours [1]."""
         return float(self.printed) / self.value - 1.0
 
     @property
@@ -80,8 +73,13 @@ class PrintedNumber:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CarriedRuns:
+class CarriedRuns(Record):
     """Consecutive runs of one controller, each beginning with what the one before had learned."""
+
+    json_form = (
+        "controller reading longest_pulse final_error reached time pulses",
+        "reversed=reversed_pulses estimates",
+    )
 
     controller: str  #: Which one.
     reading: str  #: How the source is read, where it can be read in two ways.
@@ -98,12 +96,9 @@ class CarriedRuns:
     #: At the end of each run by name, shape (runs,) each [SI].
     estimates: Mapping[str, Float[np.ndarray, " runs"]]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
-
 
 @dataclass(frozen=True, kw_only=True)
-class ControllerScore:
+class ControllerScore(Record):
     """How one controller does on many random axes."""
 
     controller: str  #: Its name, and its tuning if nothing else states it.
@@ -124,7 +119,7 @@ class ControllerScore:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ResolutionScore:
+class ResolutionScore(Record):
     """How near the target an axis is brought that is asked for the step of its encoder."""
 
     encoder_step: float  #: Of the encoder, which is also the tolerance [m].
@@ -146,51 +141,13 @@ class ResolutionScore:
 class PulseReproduction(Reproduction):
     """Part B of the source, reproduced."""
 
+    part, own_legend = "B", _LEGEND
+    json_form = form_with(
+        "printed_numbers carried_runs controller_scores how_compared resolution_scores"
+    )
+
     printed_numbers: tuple[PrintedNumber, ...]  #: The source's numbers beside ours.
     carried_runs: tuple[CarriedRuns, ...]  #: Every case that was simulated, ten runs each.
     controller_scores: tuple[ControllerScore, ...]  #: Controllers on random axes.
     how_compared: str  #: How those were tuned that needed it, in words.
     resolution_scores: tuple[ResolutionScore, ...]  #: How near the target pulses bring an axis.
-
-    @property
-    def part(self) -> Literal["B"]:
-        """Which part of the source."""
-        return "B"
-
-    def legend(self) -> dict[str, str]:
-        """Return what the keys of this part's own results mean."""
-        return dict(_LEGEND)
-
-    def results(self) -> dict[str, Any]:
-        """Return this part's own results, by their key, as plain JSON types."""
-        return {
-            "printed_numbers": [
-                {
-                    "place": each.place,
-                    "quantity": each.quantity,
-                    "printed": each.printed,
-                    "value": each.value,
-                    "unit": each.unit,
-                    "same_digits": each.same_digits,
-                    "how": each.how,
-                }
-                for each in self.printed_numbers
-            ],
-            "carried_runs": [
-                {
-                    "controller": each.controller,
-                    "reading": each.reading,
-                    "longest_pulse": each.longest_pulse,
-                    "final_error": each.final_error.tolist(),
-                    "reached": each.reached.tolist(),
-                    "time": each.time.tolist(),
-                    "pulses": each.pulses.tolist(),
-                    "reversed": each.reversed_pulses.tolist(),
-                    "estimates": {name: of.tolist() for name, of in each.estimates.items()},
-                }
-                for each in self.carried_runs
-            ],
-            "controller_scores": [asdict(each) for each in self.controller_scores],
-            "how_compared": self.how_compared,
-            "resolution_scores": [asdict(each) for each in self.resolution_scores],
-        }

@@ -1,28 +1,14 @@
 """A reproduced part of the source: its figures, and its claims beside measurements."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from types import MappingProxyType
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.presentation.words import prefixed
-
-__all__ = [
-    "Claim",
-    "Curve",
-    "CurveRole",
-    "Measure",
-    "Panel",
-    "ReproducedFigure",
-    "Reproduction",
-    "Sketch",
-]
-
-REPRODUCTION_SCHEMA = 2
+from stickslip.records.record import JsonForm, Record, valued_tables
 
 _LEGEND = {
     "claims.verdict": "agrees: all values are within their limits; partly: in some cases; differs: "
@@ -33,10 +19,9 @@ _LEGEND = {
     "figures.panels.curves": "what is drawn, in the units of the labels of the axes; a staircase "
     "keeps each value until the next",
 }
-"""What the keys of the JSON document mean, as far as their names do not say it."""
 
 CurveRole = Literal["truth", "first", "second", "third", "fourth"]
-"""What a curve is in its panel, on which its look depends."""
+"""Role of a curve in its panel, on which its look depends."""
 
 Sketch = Literal["mass with friction"]
 """A drawing of a system, of which only the source's parts are shown."""
@@ -45,7 +30,7 @@ SettingValues = Mapping[str, Mapping[str, tuple[float | tuple[float, ...], str]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curve:
+class Curve(Record):
     """One line of a panel."""
 
     label: str  #: Its name in the legend.
@@ -56,10 +41,17 @@ class Curve:
     y: Float[np.ndarray, " n"]
     staircase: bool = False  #: Whether each value holds until the next, as a held input does.
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the curve as plain JSON types."""
+        points = {"x": _rounded(self.x), "y": _rounded(self.y)}
+        return {"label": self.label, "staircase": self.staircase, **points}
+
 
 @dataclass(frozen=True, kw_only=True)
-class Panel:
+class Panel(Record):
     """One plot of a figure."""
+
+    json_form = ("title x_label y_label curves",)
 
     title: str  #: What it shows.
     #: Of the axes, with units.
@@ -73,8 +65,10 @@ class Panel:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReproducedFigure:
+class ReproducedFigure(Record):
     """A figure of the source, reproduced."""
+
+    json_form = ("number title caption file=file_name panels",)
 
     number: str  #: The source's number, such as ``"6.3"``.
     title: str  #: What it shows, in a few words.
@@ -90,12 +84,14 @@ class ReproducedFigure:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measure:
+class Measure(Record):
     """A quantity of a claim as measured, and the limits within which the claim holds."""
+
+    json_form = ("case quantity unit value low high agrees",)
 
     #: Way in which the source can be read, or case in which it was measured; empty for one only.
     case: str
-    quantity: str  #: What was measured.
+    quantity: str  #: Name of the quantity.
     unit: str  #: Of the value and its limits; ``"1"`` for a ratio.
     #: Measured value, and its limits [unit]; infinite where there is none.
     value: float
@@ -127,6 +123,12 @@ class Measure:
         """The value in words."""
         return self._number(self.value)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the measure as plain JSON types: null for no value and no limit."""
+        numbers = {name: getattr(self, name) for name in ("value", "low", "high")}
+        finite = {name: value if np.isfinite(value) else None for name, value in numbers.items()}
+        return super().to_dict() | finite
+
     def _number(self, value: float) -> str:
         if np.isnan(value):
             return "none"
@@ -137,8 +139,10 @@ class Measure:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Claim:
+class Claim(Record):
     """A statement of the source beside what was measured."""
+
+    json_form = ("name place statement verdict measures why",)
 
     name: str  #: A short name.
     place: str  #: Where the source makes it, such as ``"6.1"`` or ``"Eq. 5.5"``.
@@ -179,105 +183,41 @@ class Claim:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reproduction(ABC):
+class Reproduction(Record):
     """A part of the source, reproduced: what all parts have."""
+
+    schema = 2
+    part: ClassVar[Literal["A", "B", "conjunction"]]  # of the source
+    own_legend: ClassVar[Mapping[str, str]]  # meaning of the keys of the part's own results
 
     title: str  #: What the part is about.
     setting: str  #: With which values, in words.
     #: The same as numbers, each with its unit [as told beside it], by group and name.
     values: SettingValues
-    #: What was reproduced.
+    #: Figures of the source, and its claims.
     figures: tuple[ReproducedFigure, ...]
     claims: tuple[Claim, ...]
     options: Mapping[str, int]  #: What it was asked with, such as runs and seed.
     stickslip_version: str  #: Version of this package.
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "options", MappingProxyType(dict(self.options)))
-        values = {group: MappingProxyType(dict(of)) for group, of in self.values.items()}
-        object.__setattr__(self, "values", MappingProxyType(values))
+    @property
+    def setting_values(self) -> dict[str, Any]:
+        """The setting in words, and its values with their units."""
+        return {"words": self.setting, **valued_tables(self.values)}
 
     @property
-    @abstractmethod
-    def part(self) -> Literal["A", "B", "conjunction"]:
-        """Which part of the source."""
-
-    @abstractmethod
     def legend(self) -> dict[str, str]:
-        """Return what the keys of this part's own results mean."""
-
-    @abstractmethod
-    def results(self) -> dict[str, Any]:
-        """Return this part's own results, by their key, as plain JSON types."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain JSON types."""
-        return {
-            "schema": REPRODUCTION_SCHEMA,
-            "part": self.part,
-            "title": self.title,
-            "setting": {
-                "words": self.setting,
-                **{
-                    group: {
-                        name: {"value": value, "unit": unit} for name, (value, unit) in of.items()
-                    }
-                    for group, of in self.values.items()
-                },
-            },
-            "legend": {**_LEGEND, **self.legend()},
-            "provenance": {
-                "stickslip_version": self.stickslip_version,
-                "options": dict(self.options),
-            },
-            "claims": [
-                {
-                    "name": each.name,
-                    "place": each.place,
-                    "statement": each.statement,
-                    "verdict": each.verdict,
-                    "measures": [_measure_to_dict(measure) for measure in each.measures],
-                    "why": each.why,
-                }
-                for each in self.claims
-            ],
-            **self.results(),
-            "figures": [_figure_to_dict(each) for each in self.figures],
-        }
+        """Meaning of the keys of the JSON document, as far as their names do not say it."""
+        return {**_LEGEND, **self.own_legend}
 
 
-def _measure_to_dict(measure: Measure) -> dict[str, Any]:
-    """Return a measure as plain JSON types: null for no value and no limit."""
-    own = asdict(measure)
-    for name in ("value", "low", "high"):
-        own[name] = own[name] if np.isfinite(own[name]) else None
-    return {**own, "agrees": measure.agrees}
-
-
-def _figure_to_dict(figure: ReproducedFigure) -> dict[str, Any]:
-    return {
-        "number": figure.number,
-        "title": figure.title,
-        "caption": figure.caption,
-        "file": figure.file_name,
-        "panels": [
-            {
-                "title": panel.title,
-                "x_label": panel.x_label,
-                "y_label": panel.y_label,
-                "curves": [
-                    {
-                        "label": curve.label,
-                        "staircase": curve.staircase,
-                        "x": _rounded(curve.x),
-                        "y": _rounded(curve.y),
-                    }
-                    for curve in panel.curves
-                ],
-            }
-            for panel in figure.panels
-        ],
-    }
+def form_with(results: str) -> JsonForm:
+    """Return the JSON form of a part with the keys of its own results."""
+    return (
+        "schema part title setting=setting_values legend",
+        {"provenance": ("stickslip_version options",)},
+        f"claims {results} figures",
+    )
 
 
 def _rounded(values: Float[np.ndarray, " n"]) -> list[float]:

@@ -1,4 +1,4 @@
-"""What corrects a series on its way, and the estimate of the load, on integrated equations."""
+"""Corrections of a series on its way, and the estimate of the load, on integrated equations."""
 
 from dataclasses import replace
 

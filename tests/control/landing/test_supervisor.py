@@ -1,4 +1,4 @@
-"""What both landings share: settings, gaps, and the clock of each phase.
+"""Common part of both landings: settings, gaps, and the clock of each phase.
 
 The clock is tested on samples whose times are exact in binary.
 """

@@ -45,7 +45,7 @@ def physical(estimate: float) -> float:
 
 @runtime_checkable
 class OnlineEstimator(Protocol):
-    """What a controller asks of an estimator that runs along."""
+    """Interface of an estimator that runs beside a controller."""
 
     @property
     def kernel(self) -> Kernel:

@@ -85,7 +85,7 @@ class Move:
 
 
 class Reference(NamedTuple):
-    """What is asked of an axis at each time.
+    """Requested motion of an axis over time.
 
     Attributes
     ----------

@@ -12,13 +12,7 @@ _PATIENCE = 0.05  # for a write that has begun, before zero is written beside it
 
 
 class Output:
-    """Writes efforts until it is stopped; from then on zero.
-
-    Parameters
-    ----------
-    write
-        Takes an effort to the drive.
-    """
+    """Writes efforts to a drive until it is stopped; from then on zero."""
 
     def __init__(self, write: Callable[[float], Any]) -> None:
         self._write = write
@@ -56,12 +50,7 @@ class Output:
 class Watchdog:
     """Stops an output from a thread of its own when the loop has not been round for too long.
 
-    Parameters
-    ----------
-    output
-        What it stops.
-    patience
-        Longest time between two rounds [s].
+    ``patience`` is the longest time between two rounds [s].
     """
 
     def __init__(self, output: Output, patience: float) -> None:

@@ -187,15 +187,7 @@ class ArmPlans(Supervisor[LandingState]):
         return float(state.flights[-1].planned.position[k])
 
     def plan(self, request: PlanRequest, *, series: bool = True) -> PlanAnswer:
-        """Answer a request: learn from the last series, and plan the next one.
-
-        Parameters
-        ----------
-        request
-            From a state.
-        series
-            Whether a series is due.
-        """
+        """Answer a request: learn from the last series, and plan the next one if it is due."""
         state, swing = request.state, request.swing
         later = request.begin - request.made
         try:

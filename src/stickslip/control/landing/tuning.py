@@ -80,7 +80,7 @@ class LandingTuning:
     corridor_tolerance: float = 5.0  #: Half width of the corridor [tolerances].
     corridor_noise: float = 20.0  #: Half width of the corridor [standard deviations of a position].
     corridor_delay: float = 4.0
-    """What a delay adds to that half width [samples at the highest velocity]."""
+    """Addition to that half width by a delay [samples at the highest velocity]."""
     most_static: float = 0.95
     """Largest static friction that a series may still overcome [largest effort of a series]."""
     static_ratio: float = 1.3
@@ -329,7 +329,7 @@ class TrackingTuning:
     nudge_beside: float = 0.7
     """Distance of mass 2 from the target at which a pulse is fired [tolerances]."""
     nudge_passing: float = 0.1
-    """What mass 2 may be farther from the target then than at its nearest [error of mass 1]."""
+    """Largest distance of mass 2 from the target then, beyond its smallest [error of mass 1]."""
 
 
 APPROACH: Final = ApproachTuning()

@@ -1,4 +1,4 @@
-"""What a move from rest teaches while it lasts: mass, friction of its direction, delay and lag.
+"""Estimates during a move from rest: mass, friction of its direction, delay and lag.
 
 A mass that moves one way from the time t_d on obeys
 

@@ -79,7 +79,7 @@ class Regression:
     regressors: Float[np.ndarray, "n p"]  #: Shape (n, p) [SI].
     #: Root mean square of the sensor noise in each column [SI], shape (p,).
     regressor_noise: Float[np.ndarray, " p"]
-    #: What the target is, ``"effort"``, ``"energy"`` or ``"position"``.
+    #: Quantity of the target, ``"effort"``, ``"energy"`` or ``"position"``.
     quantity: Literal["effort", "energy", "position"]
     motion: MotionSummary  #: Excitation of the log.
     samples: int  #: Number of samples of the log that the rows were made from.

@@ -180,10 +180,7 @@ class Model:
     def stepped(self, largest_delay: float) -> tuple["Model", float]:
         """Return the model after a Gauss-Newton step of the delay, and its size [samples].
 
-        Parameters
-        ----------
-        largest_delay
-            Largest delay of the effort, positive or negative [s].
+        ``largest_delay`` limits the delay of the effort in both directions [s].
         """
         most = largest_delay / self.rows.weight.sampling_time
         step = float(np.clip(self.coefficients(DELAY)[0], -LARGEST_STEP, LARGEST_STEP))

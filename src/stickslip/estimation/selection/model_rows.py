@@ -245,10 +245,7 @@ _LEAST_RATIO = SearchTuning.smallest_ratio  # as for a term
 def width_slope(width: float) -> Column:
     """Return the derivative of ``sign(v) exp(-(v / width)^2)`` with respect to the width.
 
-    Parameters
-    ----------
-    width
-        Velocity of a Stribeck effect, or of the friction of low speeds [m/s or rad/s].
+    The width is the velocity of a Stribeck effect, or of the friction of low speeds [m/s or rad/s].
     """
 
     def slope(motion: SlipMotion) -> Float[np.ndarray, " n"]:

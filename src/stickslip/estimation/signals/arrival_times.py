@@ -46,14 +46,8 @@ def with_even_time(log: AxisLog, tuning: ArrivalTuning) -> tuple[AxisLog, list[s
 
     A line through the two samples beside it predicts each position, once with the time stamps and
     once with even times. The smaller error shows which of them are the times of the samples. Steps
-    that are large by the time stamps and not by even times are compared on their own.
-
-    Parameters
-    ----------
-    log
-        Returned as it is if its time stamps are even, or are those of the samples.
-    tuning
-        Tuning of the test.
+    that are large by the time stamps and not by even times are compared on their own. A log is
+    returned as it is if its time stamps are even, or are those of the samples.
     """
     steps = np.diff(log.time)
     if np.ptp(steps) <= SMALLEST_JITTER * np.mean(steps):
@@ -98,18 +92,10 @@ def with_even_time(log: AxisLog, tuning: ArrivalTuning) -> tuple[AxisLog, list[s
 
 
 def at_rate_of(log: AxisLog, stamps: Float[np.ndarray, " n"], tuning: ArrivalTuning) -> AxisLog:
-    """Scale restored times to the rate of the time stamps during motion.
+    """Scale restored times to the rate of the time stamps of arrival [s] during motion.
 
-    Records that are lost at rest are not seen, and change the rate.
-
-    Parameters
-    ----------
-    log
-        With even times, shifted where records are lost.
-    stamps
-        Time stamps of arrival [s].
-    tuning
-        Tuning of the test.
+    The log has even times, shifted where records are lost. Records that are lost at rest are not
+    seen, and change the rate.
     """
     speed = np.abs(np.gradient(log.measured_position, log.time))
     moving = speed > tuning.moving * np.quantile(speed, 0.95)

@@ -38,15 +38,8 @@ def with_lost_time(log: AxisLog, tuning: LostRecordTuning) -> tuple[AxisLog, lis
     """Return a log whose time stamps have steps where records are lost, and notes on them.
 
     Time stamps that were counted, and not measured, are even across lost records. The position then
-    steps by a whole multiple of the steps around it.
-
-    Parameters
-    ----------
-    log
-        Returned as it is if its time stamps jitter, if they have gaps without being those of
-        arrival, or if no records are lost.
-    tuning
-        Tuning of the search.
+    steps by a whole multiple of the steps around it. A log is returned as it is if its time stamps
+    jitter, if they have gaps without being those of arrival, or if no records are lost.
     """
     T, x = log.sampling_time, log.measured_position
     steps = np.diff(x)

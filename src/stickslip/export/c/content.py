@@ -1,4 +1,4 @@
-"""What exported code holds: chosen in Python, or derived from an estimate."""
+"""Content of exported code: chosen in Python, or derived from an estimate."""
 
 import math
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ _MEMORY = 128  # first samples that the Kalman filter keeps
 
 @dataclass(frozen=True, kw_only=True)
 class CodeContent:
-    """What the exported code holds."""
+    """Content of the exported code."""
 
     axis: str  #: Name of the axis.
     kind: AxisKind  #: ``"linear"`` or ``"rotary"``.

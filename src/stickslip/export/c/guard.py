@@ -30,12 +30,7 @@ _INDENT = "    "
 class GuardOverrides:
     """The kernels of the guard in C.
 
-    Parameters
-    ----------
-    layout
-        Of the state; its first record begins with the fields that are kept.
-    struct
-        The structure of the guard.
+    The first record of the ``layout`` of the state begins with the fields that are kept.
     """
 
     def __init__(self, layout: Layout, struct: Struct) -> None:

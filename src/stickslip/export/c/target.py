@@ -45,7 +45,9 @@ class CodeExporter(Exporter):
     several: bool = False
     options: tuple[str, ...] = ("precision", "sampling_time")
 
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return the files of the folder; see `Exporter.render`."""
         from stickslip.export.c.content import derived_content
 

@@ -35,7 +35,9 @@ class FmuExporter(Exporter):
     several: bool = False
     options: tuple[str, ...] = _COMMON
 
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return the file; see `Exporter.render`."""
         from stickslip.export.c.content import derived_content, online_estimator
         from stickslip.export.fmu.archive import archive

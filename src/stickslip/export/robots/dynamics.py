@@ -36,7 +36,9 @@ class DynamicsExporter(Exporter):
     represents: tuple[str, ...] = ("viscous_friction", "coulomb_friction")
     edits: Literal["never", "always"] = "always"
 
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return the edited file; see `Exporter.render`."""
         text = XmlText(edited_file(into, self.title).content, self.language)
         # A joint of a transmission or of ros2_control has a name, and no type

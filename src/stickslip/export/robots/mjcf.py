@@ -69,7 +69,9 @@ class MjcfExporter(Exporter):
     edits: Literal["never", "always"] = "always"
     options: tuple[str, ...] = ("link_inertia", "sampling_time", "top_speed")
 
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return the edited file; see `Exporter.render`."""
         text = XmlText(edited_file(into, self.title).content, "MJCF")
         includes = [each.attributes.get("file", "") for each in text.elements("include")]

@@ -60,7 +60,9 @@ class UsdExporter(Exporter):
     edits: Literal["never", "always"] = "always"
     options: tuple[str, ...] = ("link_inertia",)
 
-    def render(self, axes: Axes, settings: ExportSettings, into: FileToEdit | None) -> Rendered:
+    def render(
+        self, axes: Axes, settings: ExportSettings, into: FileToEdit | None = None
+    ) -> Rendered:
         """Return the layer; see `Exporter.render`."""
         into = edited_file(into, self.title)
         prims: list[dict[str, Any]] = []

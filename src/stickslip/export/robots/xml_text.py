@@ -59,17 +59,8 @@ class Edit:
 class XmlText:
     """The text of an XML file, its elements, and edits of it.
 
-    Parameters
-    ----------
-    content
-        The file.
-    what
-        Name of its format, for messages.
-
-    Raises
-    ------
-    InputError
-        If it is not XML, of another format, or in an encoding that is not a superset of ASCII.
+    ``what`` is the name of its format in messages. Raises `InputError` if the content is not XML,
+    of another format, or in an encoding that is not a superset of ASCII.
     """
 
     def __init__(self, content: bytes, what: str) -> None:

@@ -389,7 +389,7 @@ def _estimates(result: Positioning) -> list[Block]:
     )
     sources = [
         f"{parameter_label(name, result.kind)}: {source}"
-        for name, source in result.believed.items()
+        for name, source in result.first_guess_sources.items()
     ]
     both = "coulomb_friction" in first and "coulomb_friction_positive" in first
     texts = (

@@ -118,7 +118,7 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
         tolerance=task.tolerance,
         scenario=scenario.tables(),
         truth=_truth(axis, table.effort_limit, runs[0].estimates),
-        believed=sources,
+        first_guess_sources=sources,
         runs=tuple(runs),
         limits=_limits(learned, table.effort_limit),
         learned=learned,

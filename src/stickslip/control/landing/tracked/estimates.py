@@ -34,13 +34,7 @@ class TrackedEstimates(LandingController):
     _answers: ClassVar[type[PlanAnswer]] = TrackedAnswer
 
     def pole(self, delay: float = TRACKING.assumed_delay) -> float:
-        """Return the double pole of the feedback [rad/s].
-
-        Parameters
-        ----------
-        delay
-            Of the drive, in samples [-].
-        """
+        """Return the double pole of the feedback [rad/s]; the delay of the drive is in samples."""
         return self._poles(delay)[0]
 
     def _poles(self, delay: float) -> tuple[float, float]:

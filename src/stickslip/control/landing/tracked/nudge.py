@@ -13,14 +13,8 @@ from stickslip.planning import PulseLaw
 def moment(swing: Swing, error: float, tolerance: float) -> Literal["now", "later", "never"]:
     """Return when mass 2 is near enough to the target for it.
 
-    Parameters
-    ----------
-    swing
-        Of mass 2 about mass 1, at this time.
-    error
-        Way of mass 1 to the target [m or rad].
-    tolerance
-        [m or rad].
+    ``swing`` is that of mass 2 about mass 1 at this time, and ``error`` the way of mass 1 to the
+    target [m or rad].
     """
     rate = swing.velocity / swing.frequency
     load = hypot(swing.offset - error, rate)  # mass 2 from the target
@@ -45,22 +39,10 @@ def nudge(
     """Return samples, effort and way of the pulse, and whether it frees mass 1 for certain.
 
     Where the effort that leads to the target may not free mass 1, the pulse leads beyond it, as far
-    as another one comes back for certain.
-
-    Parameters
-    ----------
-    law
-        Of a pulse on mass 1 without viscous friction.
-    error
-        Way of mass 1 to the target [m or rad].
-    sampling_time
-        [s].
-    limits
-        Of the effort, in a plan and of the drive [N or N m].
-    frees
-        Effort that frees mass 1 [N or N m].
-    farthest
-        Longest way of a pulse that leads beyond [m or rad].
+    as another one comes back for certain, and at most by ``farthest`` [m or rad]. ``law`` is that
+    of a pulse on mass 1 without viscous friction, ``error`` the way of mass 1 to the target [m or
+    rad]. ``limits`` of the effort hold in a plan and for the drive, and the effort ``frees`` moves
+    mass 1 in any case [N or N m].
     """
     planned, largest = limits
     way = abs(error)

@@ -19,20 +19,9 @@ def feedback_poles(
     """Return the double pole of the feedback, and that of its filter [rad/s].
 
     The filter is of the velocity, where its noise would take too much of the effort; the poles are
-    then as fast as the noise leaves them. Infinite without one.
-
-    Parameters
-    ----------
-    arm
-        Model of the arm.
-    sampling_time
-        [s].
-    noise
-        Standard deviation of a position and of a velocity [m or rad, m/s or rad/s].
-    effort_limit
-        [N or N m].
-    delay
-        Of the drive, in samples [-].
+    then as fast as the noise leaves them. Infinite without one. ``noise`` is the standard deviation
+    of a position and of a velocity [m or rad, m/s or rad/s], ``delay`` that of the drive in samples
+    [-].
     """
     T = sampling_time
     resonance = sqrt(arm.stiffness * (1.0 / arm.mass_1 + 1.0 / arm.mass_2))

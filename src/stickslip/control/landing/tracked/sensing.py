@@ -47,12 +47,7 @@ class VelocityLag:
     def estimate(self, sampling_time: float, noise: tuple[float, float]) -> float:
         """Return the lag [s]; 0 where it is not certain.
 
-        Parameters
-        ----------
-        sampling_time
-            [s].
-        noise
-            Standard deviation of a position and of a velocity [m, m/s or rad, rad/s].
+        ``noise`` is the standard deviation of a position and of a velocity [m, m/s or rad, rad/s].
         """
         if self.squares == 0.0:
             return 0.0

@@ -6,7 +6,7 @@ from typing import Any
 
 @dataclass(frozen=True, kw_only=True)
 class OnlineHealth:
-    """What an online estimator has seen, rejected and repaired so far."""
+    """Counts of samples that an online estimator accepted, rejected and repaired."""
 
     samples: int  #: Number of samples.
     #: Values that were not finite or impossible (effort, and motion of each mass).

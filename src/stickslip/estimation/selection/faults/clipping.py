@@ -14,7 +14,7 @@ from stickslip.records import AxisLog, share_text
 
 @dataclass(frozen=True, kw_only=True)
 class ClippingTuning:
-    """What proves that a logged effort is clipped within its noise."""
+    """Thresholds of the test whether a logged effort is clipped within its noise."""
 
     band: float = 8.0
     """Width of a plateau over the standard deviation of the effort's noise [-]: white noise of a

@@ -184,7 +184,7 @@ def _collected(messages: Iterable[Message]) -> dict[tuple[str, Structure], tuple
 
 
 class _JointState(NamedTuple):
-    """What tells joint states of one structure from others, the stamp [ns] and the arrays."""
+    """Key of the structure of joint states, the stamp [ns] and the arrays."""
 
     key: tuple[Any, ...]
     stamp: int
