@@ -563,9 +563,9 @@ def first_effort(fruitless: int, swing: float) -> tuple[int, float]:
 
 @pytest.mark.parametrize("swing", [0.5e-3, 1e-3, 5e-3])
 def test_pulses_that_have_not_helped_wait_for_what_swings_on_the_axis(swing: float) -> None:
-    """It dies down to the error with a time constant of 5 samples; efforts that it held are forgotten.
+    """It dies down to the error with a time constant of 5 samples.
 
-    Otherwise the axis is judged at once after ten samples at rest.
+    Efforts that it held are forgotten. Otherwise the axis is judged after ten samples at rest.
     """
     assert first_effort(0, swing) == first_effort(1, swing) == first_effort(2, 0.0) == (9, 250.0)
     decayed = 5.0 * np.log(swing / 9e-5)
