@@ -234,6 +234,34 @@ def test_a_sudden_change_is_named(gain: float, friction: float, inertia: float, 
         assert instant == pytest.approx(12.0, abs=20.0 / ChangeTuning().instants)
 
 
+@pytest.mark.parametrize(("share", "named"), [(0.003, False), (0.04, True)])
+def test_a_change_of_the_inertia_needs_accelerations_on_both_sides(
+    share: float, named: bool
+) -> None:
+    """Three times the inertia in a log that begins at constant speed, but for a vibration."""
+    time, speed, slow, fast = 1e-3 * np.arange(20_000), 0.15, 1.5, 20.0
+    end = 12.0 * np.pi / fast  # six periods of the vibration
+    later = time > end
+    # Squares of the accelerations integrate to half of these amplitudes over the two parts
+    total = (slow * speed) ** 2 * (20.0 - end)
+    size = float(np.sqrt(share / (1.0 - share) * total / end)) / fast
+    phase = slow * np.where(later, time - end, 0.0)
+    velocity = np.where(later, speed * np.cos(phase), speed + size * np.sin(fast * time))
+    acceleration = np.where(later, -slow * speed * np.sin(phase), fast * size * np.cos(fast * time))
+    place = np.where(
+        later,
+        speed * end + speed / slow * np.sin(phase),
+        speed * time + size / fast * (1.0 - np.cos(fast * time)),
+    )
+    effort = MASS * np.where(later, 1.0, 3.0) * acceleration + 1.5 * np.sign(velocity)
+    effort += 4.0 * velocity + 0.02 * np.random.default_rng(4).standard_normal(time.size)
+    # The effort is that of the middle of the sample over which it is held
+    log = axis_log(time - 0.5e-3, effort, np.interp(time - 0.5e-3, time, place))
+    estimate = SelectedModelEstimator(exclude=("delay", "elastic")).fit(log)
+    found = [note for note in estimate.diagnostics.notes if "on the inertia is" in note]
+    assert bool(found) == named
+
+
 @pytest.mark.parametrize(
     ("loss", "words"),
     [
