@@ -289,3 +289,19 @@ def test_a_gain_that_changes_with_the_effort_is_named(loss: float, words: str) -
         assert (unit, direction) == ("%", words)
         # The column is the first term of the series of the current in the effort
         assert float(amount) == pytest.approx(100.0 * abs(loss), abs=3.0)
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.15, True), (0.03, False)])
+def test_friction_that_grows_with_the_effort_is_named(share: float, named: bool) -> None:
+    """A worm gear loses a share of the effort that it transmits, in either direction of motion."""
+    log, time = log_of(), 1e-3 * np.arange(20_000) + 0.5e-3
+    velocity = 0.1 * np.sin(2.0 * time) + 0.05 * np.sin(5.0 * time)
+    noise = 0.02 * np.random.default_rng(1).standard_normal(len(log))
+    true = log.effort - noise
+    effort = true + share * np.abs(true) * np.sign(velocity) + noise
+    estimate = SelectedModelEstimator().fit(replace(log, effort=effort))
+    found = [note for note in estimate.diagnostics.notes if "friction grows by" in note]
+    assert bool(found) == named
+    assert (estimate.status is Status.MODEL_MISMATCH) == named
+    if named:
+        assert float(found[0].split()[3]) == pytest.approx(100 * share, rel=0.2)
