@@ -28,6 +28,7 @@ class Plant:
     viscous: float = VISCOUS
     quadratic: float = 0.0
     two_thirds: float = 0.0
+    power: float = 2.0 / 3.0  # of the speed, in place of 2/3
     static: float = COULOMB
     stribeck_velocity: float = 1.0
     bristle_stiffness: float = 0.0  # [N/m]; 0 for sliding that begins at once
@@ -46,7 +47,7 @@ def _recorded(
     bristle: float,
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """Semi-implicit Euler steps of 20 us under a PD controller; friction can hold the motor."""
-    viscous, quadratic, two_thirds, static, knee, ripple, period = law
+    viscous, quadratic, two_thirds, power, static, knee, ripple, period = law
     stiffness, share = gear
     motor, load = MASS * (1.0 - share), MASS * share
     dt = T / STEPS
@@ -64,7 +65,7 @@ def _recorded(
             speed = abs(v)
             level = COULOMB + (static - COULOMB) * np.exp(-((v / knee) ** 2))
             smooth = viscous * v + quadratic * v * speed
-            smooth += np.sign(v) * two_thirds * speed ** (2.0 / 3.0)
+            smooth += np.sign(v) * two_thirds * speed**power
             outer = OFFSET + ripple * np.sin(2.0 * np.pi * x / period)
             if stiffness > 0.0:
                 pull = stiffness * (x - y) + 0.05 * np.sqrt(stiffness * MASS) * (v - w)
@@ -104,7 +105,7 @@ def log_of(
     reference = T * np.cumsum(np.concatenate(pieces))
     resonance = np.sqrt(4.0 * plant.gear_stiffness / MASS)  # of two equal masses
     omega = min(40.0, 0.08 * resonance) if resonance else 40.0
-    law = (plant.viscous, plant.quadratic, plant.two_thirds, plant.static)
+    law = (plant.viscous, plant.quadratic, plant.two_thirds, plant.power, plant.static)
     bend = (plant.stribeck_velocity, plant.ripple, plant.ripple_period)
     position, effort = _recorded(
         reference,
@@ -199,6 +200,14 @@ BENT: list[tuple[dict[str, Any], dict[str, float]]] = [
         {"static": 7.0, "stribeck_velocity": 0.25},
         BASE | {"stribeck_velocity": 0.25},
     ),
+    (
+        {"viscous": 0.0, "two_thirds": 4.0, "power": 0.5},
+        {"mass": MASS, "coulomb_friction": COULOMB},
+    ),
+    (
+        {"viscous": 0.0, "two_thirds": 4.0, "power": 0.35},
+        {"mass": MASS, "coulomb_friction": COULOMB},
+    ),
 ]
 
 
@@ -214,6 +223,15 @@ def test_intervals_hold_where_two_bends_are_one(
     ]
     assert len(outside) >= 2
     assert sum(map(len, outside)) <= 1  # of 6 to 12 intervals of 95 %
+
+
+def test_a_curve_that_is_bent_more_than_by_the_power_two_thirds_has_no_negative_part() -> None:
+    found = SelectedModelEstimator().fit(log_of(Plant(viscous=0.0, two_thirds=4.0, power=0.5)))
+    assert found.status is Status.OK
+    assert found.selection is not None
+    assert found.selection.selected == ("two-thirds",)
+    assert "viscous_friction" not in found.parameters
+    assert missed(found, {"mass": MASS, "coulomb_friction": COULOMB}) == []
 
 
 def test_a_law_with_more_parameters_needs_two_standard_errors() -> None:

@@ -232,6 +232,34 @@ def test_a_sudden_change_is_named(gain: float, friction: float, inertia: float, 
         assert instant == pytest.approx(12.0, abs=20.0 / ChangeTuning().instants)
 
 
+@pytest.mark.parametrize(("share", "named"), [(0.003, False), (0.04, True)])
+def test_a_change_of_the_inertia_needs_accelerations_on_both_sides(
+    share: float, named: bool
+) -> None:
+    """Three times the inertia in a log that begins at constant speed, but for a vibration."""
+    time, speed, slow, fast = 1e-3 * np.arange(20_000), 0.15, 1.5, 20.0
+    end = 12.0 * np.pi / fast  # six periods of the vibration
+    later = time > end
+    # Squares of the accelerations integrate to half of these amplitudes over the two parts
+    total = (slow * speed) ** 2 * (20.0 - end)
+    size = float(np.sqrt(share / (1.0 - share) * total / end)) / fast
+    phase = slow * np.where(later, time - end, 0.0)
+    velocity = np.where(later, speed * np.cos(phase), speed + size * np.sin(fast * time))
+    acceleration = np.where(later, -slow * speed * np.sin(phase), fast * size * np.cos(fast * time))
+    place = np.where(
+        later,
+        speed * end + speed / slow * np.sin(phase),
+        speed * time + size / fast * (1.0 - np.cos(fast * time)),
+    )
+    effort = MASS * np.where(later, 1.0, 3.0) * acceleration + 1.5 * np.sign(velocity)
+    effort += 4.0 * velocity + 0.02 * np.random.default_rng(4).standard_normal(time.size)
+    # The effort is that of the middle of the sample over which it is held
+    log = axis_log(time - 0.5e-3, effort, np.interp(time - 0.5e-3, time, place))
+    estimate = SelectedModelEstimator(exclude=("delay", "elastic")).fit(log)
+    found = [note for note in estimate.diagnostics.notes if "on the inertia is" in note]
+    assert bool(found) == named
+
+
 @pytest.mark.parametrize(
     ("loss", "words"),
     [
@@ -259,3 +287,19 @@ def test_a_gain_that_changes_with_the_effort_is_named(loss: float, words: str) -
         assert (unit, direction) == ("%", words)
         # The column is the first term of the series of the current in the effort
         assert float(amount) == pytest.approx(100.0 * abs(loss), abs=3.0)
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.15, True), (0.03, False)])
+def test_friction_that_grows_with_the_effort_is_named(share: float, named: bool) -> None:
+    """A worm gear loses a share of the effort that it transmits, in either direction of motion."""
+    log, time = log_of(), 1e-3 * np.arange(20_000) + 0.5e-3
+    velocity = 0.1 * np.sin(2.0 * time) + 0.05 * np.sin(5.0 * time)
+    noise = 0.02 * np.random.default_rng(1).standard_normal(len(log))
+    true = log.effort - noise
+    effort = true + share * np.abs(true) * np.sign(velocity) + noise
+    estimate = SelectedModelEstimator().fit(replace(log, effort=effort))
+    found = [note for note in estimate.diagnostics.notes if "friction grows by" in note]
+    assert bool(found) == named
+    assert (estimate.status is Status.MODEL_MISMATCH) == named
+    if named:
+        assert float(found[0].split()[3]) == pytest.approx(100 * share, rel=0.2)

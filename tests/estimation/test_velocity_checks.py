@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from axis_logs import axis_log
 from refusals import refuses
 
+from stickslip import identify
 from stickslip.estimation import EnergyEstimator
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.observation import motion_noise
@@ -77,6 +79,38 @@ def test_a_velocity_that_is_too_large_is_not_used(log: AxisLog, factor: float) -
     for name, value in TRUTH.items():
         assert estimate.value(name) == pytest.approx(value, rel=DERIVED)
     assert any(f"velocity is {factor:g} times" in note for note in estimate.diagnostics.notes)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("factor", [0.5, 1.5, 2.0])
+def test_an_identification_notes_a_velocity_of_another_scale(factor: float, noise: float) -> None:
+    time = np.arange(0.0, 10.0, 0.001)
+    velocity = 0.1 * np.sin(2.0 * time) + 0.05 * np.sin(5.0 * time)
+    acceleration = 0.2 * np.cos(2.0 * time) + 0.25 * np.cos(5.0 * time)
+    wrong = factor * (velocity + noise * np.random.default_rng(0).normal(size=time.size))
+    log = axis_log(
+        time,
+        3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity,
+        -0.05 * np.cos(2.0 * time) - 0.01 * np.cos(5.0 * time),
+        wrong,
+    )
+    found = identify(log).estimate
+    assert found.status is Status.OK
+    (note,) = (note for note in found.diagnostics.notes if "velocity is" in note)
+    assert float(note.split()[4]) == pytest.approx(factor, rel=0.01)
+    alone = identify(replace(log, measured_velocity=None)).estimate
+    assert found.value("mass") == alone.value("mass") == pytest.approx(3.0, rel=DERIVED)
+
+
+def test_an_identification_with_a_spring_refuses_a_velocity_of_another_unit(log: AxisLog) -> None:
+    """The simulated motion of a report would check it only without further terms."""
+    wrong = replace(
+        log,
+        effort=log.effort + 100.0 * log.measured_position,
+        measured_velocity=1000.0 * velocity_of(log),
+    )
+    with refuses("velocity_foreign"):
+        identify(wrong)
 
 
 def test_a_good_velocity_is_used(log: AxisLog) -> None:

@@ -94,6 +94,18 @@ def test_bare_time_in_nanoseconds(file):
     check(read_log(file(["timestamp", "angle", "vel", "torque"], [stamps, q, dq, tau])), 0)
 
 
+@pytest.mark.parametrize("measured", [True, False])
+def test_a_velocity_that_is_zero_throughout_is_not_used(file, measured):
+    """A driver without velocities fills their column with zeros."""
+    q, dq, tau = motion(0)
+    columns = [TIME, q, dq if measured else np.zeros(N), tau]
+    log = read_log(file(["time_s", "angle", "vel", "torque"], columns))
+    assert (log.measured_velocity is not None) == measured
+    assert log.source is not None
+    found = [each for each in log.source.assumptions if each.startswith("velocity: 0 in all")]
+    assert bool(found) != measured
+
+
 def test_siemens(file):
     q, dq, tau = motion(0)
     header = ["Time [ms]", "r0062 Speed setpoint after filter [rpm]",

@@ -14,11 +14,12 @@ from jaxtyping import Bool, Float
 from scipy import ndimage
 
 from stickslip.estimation.signals.arrival_times import ArrivalTuning, at_rate_of, with_even_time
-from stickslip.estimation.signals.kinematics import noise_level
+from stickslip.estimation.signals.kinematics import LowPass, noise_level
 from stickslip.estimation.signals.lost_records import LostRecordTuning, with_lost_time
 from stickslip.estimation.signals.observation import fuse
 from stickslip.estimation.signals.resampling import SMALLEST_JITTER, resampled
 from stickslip.estimation.signals.sensor_noise import encoder_step, position_noise
+from stickslip.estimation.signals.velocity_delay import credible_match
 from stickslip.records import AxisLog, EffortKind, count_of
 
 
@@ -53,9 +54,6 @@ class PreparationTuning:
     useful_velocity: float = 0.3
     """Squared noise of fused over that of measured positions [-], below which a velocity is
     used."""
-    velocity_scale: float = 0.003
-    """Relative error of a velocity's scale beyond which it is not used [-]."""
-    velocity_delay: float = 0.3  #: Delay of a velocity beyond which it is not used [samples].
     most_clipped: float = 0.4
     """Share of the samples [-] at an extreme beyond which the input is switched, not clipped."""
     lost_records: LostRecordTuning = field(default_factory=LostRecordTuning)
@@ -450,13 +448,22 @@ def _with_velocity(
 ) -> tuple[AxisLog, float, float, list[str]]:
     """Return the log with positions fused with a measured velocity, and their noise; 0 if not.
 
-    A velocity is used if it reduces the noise of the positions, and if its scale and its delay
-    agree with the differences of the positions. Errors of a smoothed local level are correlated
-    by 1 - K from sample to sample, with the gain K = (sqrt(r^2 + 4 r) - r)/2 of its filter and r
-    the variance of a step over that of a measurement.
+    A velocity is used if its scale and its delay agree with the positions, and if it reduces their
+    noise. Errors of a smoothed local level are correlated by 1 - K from sample to sample, with the
+    gain K = (sqrt(r^2 + 4 r) - r)/2 of its filter and r the variance of a step over that of a
+    measurement.
     """
-    x, v, T = log.measured_position, log.measured_velocity, log.sampling_time
-    if v is None or len(log) < _VELOCITY_WINDOW * _FEWEST_WINDOWS or log.segment_starts.size > 1:
+    low_pass = LowPass.of(log.sampling_time)
+    match = credible_match(log, low_pass)
+    T = log.sampling_time
+    if match is not None and (match.scaled or match.shifted(T)):
+        note = (
+            f"the measured velocity is {match.gain:.4g} times that of the positions and delayed by "
+            f"{1e3 * match.delay:.3g} ms; not used"
+        )
+        return log, 0.0, 0.0, [note]
+    x, v = log.measured_position, log.measured_velocity
+    if v is None or match is None or log.segment_starts.size > 1:
         return log, 0.0, 0.0, []
     position, velocity = position_noise(x), noise_level(v)
     # Smoothed local level: steps of variance q between measurements of variance position^2
@@ -464,21 +471,6 @@ def _with_velocity(
     share = float(np.sqrt(q / (q + 4.0 * position**2))) if q > 0 else 0.0
     if position == 0.0 or velocity == 0.0 or share > tuning.useful_velocity:
         return log, 0.0, 0.0, []
-    n = (len(log) - 1) // _VELOCITY_WINDOW * _VELOCITY_WINDOW
-    mean = (0.5 * (v[1:] + v[:-1]))[:n].reshape(-1, _VELOCITY_WINDOW).mean(axis=1)
-    moved = np.diff(x[: n + 1 : _VELOCITY_WINDOW]) / (_VELOCITY_WINDOW * T)
-    columns = np.column_stack([mean, np.gradient(mean, _VELOCITY_WINDOW * T)])
-    scale, delay = np.linalg.lstsq(columns, moved, rcond=None)[0].tolist()
-    if abs(scale - 1.0) > tuning.velocity_scale or abs(delay) > tuning.velocity_delay * T:
-        return (
-            log,
-            0.0,
-            0.0,
-            [
-                f"the measured velocity is {1.0 / scale:.4g} times that of the positions and "
-                f"delayed by {1e3 * delay / scale:.3g} ms; not used"
-            ],
-        )
     fused = fuse(x, v, position, velocity, T)
     ratio = q / position**2
     correlation = 1.0 - 0.5 * (float(np.sqrt(ratio**2 + 4.0 * ratio)) - ratio)
@@ -488,10 +480,6 @@ def _with_velocity(
         correlation,
         [],
     )
-
-
-_VELOCITY_WINDOW = 10  # samples, over which noise averages out and a delay is measurable
-_FEWEST_WINDOWS = 20  # for scale and delay of a velocity [-]
 
 
 def _glitches(

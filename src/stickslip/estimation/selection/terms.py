@@ -30,6 +30,10 @@ MODEL_SCALE = "model scale"
 
 DEAD_BAND = "dead band"  #: Name of the term that is the effort lost in a dead band of the actuator.
 
+SMALL_POWER = "small power"
+"""Name of the term that is friction with a power of the speed below 2/3, which is never selected:
+its value at rest is far from that at the driven speeds."""
+
 POSITIVE = (0.0, np.inf)
 NEGATIVE = (-np.inf, 0.0)
 _ALL_OF_IT = (0.7, 1.3)  # of the coefficient, 1 for an effort that does not reach the axis [-]
@@ -241,6 +245,24 @@ def two_thirds_term() -> Term:
         "friction grows with the 2/3 power of the speed",
         bounds=POSITIVE,
         two_thirds_friction=lambda m: m.direction * np.abs(m.velocity) ** (2.0 / 3.0),
+    )
+
+
+def small_power_term() -> Term:
+    """Return the term of friction with a power of the speed below 2/3."""
+    return Term(
+        name=SMALL_POWER,
+        text="friction grows with a small power of the speed",
+        shapes=tuple(_small_power(exponent) for exponent in (0.2, 0.3, 0.4, 0.5)),
+    )
+
+
+def _small_power(exponent: float) -> Shape:
+    return Shape(
+        names=("small_power_friction",),
+        columns=(lambda m: m.direction * np.abs(m.velocity) ** exponent,),
+        value=exponent,
+        bounds=POSITIVE,
     )
 
 

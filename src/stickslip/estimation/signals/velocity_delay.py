@@ -16,9 +16,10 @@ inertia."""
 LARGEST_GAIN_ERROR = 0.005
 """Largest relative error of a measured velocity [-]: the inertia changes with its square."""
 
-PLAUSIBLE_GAIN = (0.5, 2.0)
+PLAUSIBLE_GAIN = (0.4, 2.5)
 """Velocity over the derivative of the position [-], outside of which it is in another unit, has the
-wrong sign, or is another quantity."""
+wrong sign, or is another quantity. Edges of an encoder that are counted once or twice are a factor
+of two."""
 
 LEAST_RANGE = 30.0
 """Range of positions over their noise [-], beyond which the axis moves for certain."""
@@ -116,44 +117,35 @@ def without_wrong_velocity(
     sign is an InputError.
     """
     notes: tuple[str, ...] = ()
-    longest = longest_in_motion(log.segments())
-    checked = [("velocity", longest.measured_position, longest.measured_velocity)]
-    if load and longest.measured_load_position is not None:
-        checked.append(
-            ("load velocity", longest.measured_load_position, longest.measured_load_velocity)
-        )
-    for name, position, velocity in checked:
-        if velocity is None:
-            continue
-        error = _error(log, name, position, velocity, low_pass)
+    for name in ("velocity", "load velocity") if load else ("velocity",):
+        error = _error(credible_match(log, low_pass, name), log.sampling_time)
         if error is None:
             continue
-        field = "measured_" + name.replace(" ", "_")
-        log = replace(log, **{field: None})
+        log = replace(log, **{_field(name): None})
         note = f"the measured {name} is {error}, so differences of the position are used instead"
         notes = (*notes, note)
     return log, notes
 
 
-def _error(
-    log: AxisLog,
-    name: str,
-    position: Float[np.ndarray, " n"],
-    velocity: Float[np.ndarray, " n"],
-    low_pass: LowPass,
-) -> str | None:
-    """Return the error of a velocity in words, or None."""
-    T = log.sampling_time
+def credible_match(log: AxisLog, low_pass: LowPass, name: str = "velocity") -> VelocityMatch | None:
+    """Return how a measured velocity compares with its position in the longest stretch.
+
+    None if one of both is not measured, or the motion does not show it. A velocity of another unit
+    or sign is an InputError. ``name`` is ``"velocity"`` or ``"load velocity"``.
+    """
+    longest = longest_in_motion(log.segments())
+    velocity = getattr(longest, _field(name))
+    position = getattr(longest, _field(name).replace("velocity", "position"))
+    if velocity is None or position is None:
+        return None
     unit = log.unit("velocity")
     moves = float(np.ptp(position)) > LEAST_RANGE * noise_level(position)
     if moves and not np.any(velocity):
         raise InputError(
             "velocity_zero", where=log.name, name=name, unit=unit, samples=velocity.size
         )
-    match = velocity_match(position, velocity, low_pass, T)
-    if match is None:
-        return None
-    if match.foreign:
+    match = velocity_match(position, velocity, low_pass, log.sampling_time)
+    if match is not None and match.foreign:
         turned = -1.0 / PLAUSIBLE_GAIN[0] <= match.gain <= -PLAUSIBLE_GAIN[0]
         raise InputError(
             "velocity_reversed" if turned else "velocity_foreign",
@@ -162,6 +154,18 @@ def _error(
             gain=match.gain,
             unit=unit,
         )
+    return match
+
+
+def _field(name: str) -> str:
+    return "measured_" + name.replace(" ", "_")
+
+
+def _error(match: VelocityMatch | None, sampling_time: float) -> str | None:
+    """Return the error of a velocity in words, or None."""
+    T = sampling_time
+    if match is None:
+        return None
     errors: list[str] = []
     if match.scaled:
         errors.append(f"{match.gain:.4g} times the derivative of the position")

@@ -79,6 +79,13 @@ def axis_log(
         assumed = tuple(each for each in assumed if each[0] != "effort")
     time, effort = sampled.time, channels.pop("effort")
     measured: dict[str, Any] = {f"measured_{name}": each for name, each in channels.items()}
+    empty = [
+        name
+        for name, values in measured.items()
+        if name.endswith("velocity") and not np.any(values) and np.ptp(channels["position"]) > 0.0
+    ]
+    for name in empty:  # of drivers that do not measure it
+        del measured[name]
     part, note_of_part = _part(time, schema, table.label)
     if part != slice(None):
         time, effort = time[part], effort[part]
@@ -110,6 +117,10 @@ def axis_log(
         *([unconverted] if unconverted else []),
         *converted,
         *note_of_part,
+        *(
+            f"{name.removeprefix('measured_')}: 0 in all samples, so it is not used"
+            for name in empty
+        ),
         *([note] if note else []),
         *_timing(log, table, bound),
     )

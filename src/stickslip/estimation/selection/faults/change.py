@@ -20,6 +20,9 @@ class ChangeTuning:
     the log on the wrong side."""
     smallest_change: float = 0.05
     """Relative change [-]: a smaller one makes parameters wrong by less than half of it."""
+    least_part: float = 0.01
+    """Share of the squares of the part on either side of an instant [-]: with less, such as the
+    inertia in a log that begins at constant speed, few windows decide."""
     smallest_share: float = 2e-3
     """Share of the effort that it must explain [-]: twice that of a term, as a sudden change is
     rarer."""
@@ -54,6 +57,8 @@ def sudden_change(model: Model, tuning: ChangeTuning, start: float = 0.0) -> str
         drift = max(drift, 0.0 if ramp is None else float(ramp.coordinates[0] ** 2))
         for instant in np.quantile(time, np.linspace(0.0, 1.0, tuning.instants + 2)[1:-1]).tolist():
             share = float(np.sum(part[time > instant] ** 2) / max(float(np.sum(part**2)), _TINY))
+            if not tuning.least_part <= share <= 1.0 - tuning.least_part:
+                continue
             partial = basis.partial((part * ((time > instant) - share))[:, None])
             if partial is None:
                 continue

@@ -1,4 +1,4 @@
-"""A gain from logged to true effort that changes with the size of the effort."""
+"""A gain from logged to true effort that changes with its size, or friction that does."""
 
 from dataclasses import dataclass
 
@@ -23,25 +23,34 @@ class NonlinearGainTuning:
 
 
 def nonlinear_gain(model: Model, estimate: FrictionEstimate, tuning: NonlinearGainTuning) -> str:
-    """Return a note on a gain that changes with the effort; empty if there is none that matters.
+    """Return a note on effort that the axis loses at large efforts; empty if none that matters.
 
-    The column ``u |u| / u_max`` is added to those of the model, with the effort u of the fit, as
-    noise of the logged effort would correlate with its own square. The change matters if it moves
-    inertia or friction out of their intervals.
+    Either the gain changes with the effort, or friction grows with it. The column
+    ``u |u| / u_max`` or ``|u| sign(v)``, whichever explains more, is added to those of the model,
+    with the effort u of the fit, as noise of the logged effort would correlate with its own square.
+    It matters if it moves inertia or friction out of their intervals.
     """
     if not testable(model):
         return ""
-    effort = model.fitted_effort()
+    effort, basis = model.fitted_effort(), model.basis()
     largest = max(float(np.max(np.abs(effort))), _TINY)
-    curved = (effort * np.abs(effort) / largest)[:, None]
-    basis = model.basis()
-    partial = basis.partial(curved)
+    curves = {
+        _GAIN: effort * np.abs(effort) / largest,
+        _FRICTION: model.rows.direction * np.abs(effort),
+    }
+    explained = {text: basis.partial(curve[:, None]) for text, curve in curves.items()}
+    lossy = explained[_FRICTION]
+    if lossy is None or lossy.values[0] < 0.0:
+        del explained[_FRICTION]
+    text, partial = max(
+        explained.items(), key=lambda each: 0.0 if each[1] is None else basis.share(each[1])
+    )
     added = significant_value(basis, partial, tuning.largest_p_value, tuning.smallest_share)
     if added is None or abs(added) < tuning.smallest_change:
         return ""
     names = [] if model.inertia is not None else [mass_name(estimate.kind)]
     names += [*(["viscous_friction"] if model.viscous else []), "coulomb_friction"]
-    columns = np.column_stack([model.columns(), curved])
+    columns = np.column_stack([model.columns(), curves[text]])
     values = dict(zip(names, least_squares(columns, model.target()), strict=False))
     intervals = {
         name: parameter.ci95
@@ -51,8 +60,15 @@ def nonlinear_gain(model: Model, estimate: FrictionEstimate, tuning: NonlinearGa
     if all(low <= values[name] <= high for name, (low, high) in intervals.items()):
         return ""
     kind = "smaller" if added > 0.0 else "larger"
-    return (
-        f"at the largest effort the gain from logged to true effort is {100 * abs(added):.2g} % "
-        f"{kind} than at small ones, or a force is nonlinear in the position; check the torque or "
-        "force constant and the limits of the drive, or record moves with smaller efforts"
-    )
+    return text.format(share=100 * abs(added), kind=kind)
+
+
+_GAIN = (
+    "at the largest effort the gain from logged to true effort is {share:.2g} % {kind} than at "
+    "small ones, or a force is nonlinear in the position; check the torque or force constant and "
+    "the limits of the drive, or record moves with smaller efforts"
+)
+_FRICTION = (
+    "friction grows by {share:.2g} % of the effort, as that of a worm gear or of a screw does, "
+    "which no term describes; record moves with smaller accelerations and loads"
+)

@@ -12,7 +12,12 @@ from stickslip.estimation.selection.model import Model, smallest_ratio
 from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.search.forward import BENDS
 from stickslip.estimation.selection.search.shapes import best_shape, refined
-from stickslip.estimation.selection.terms import Term, two_thirds_term
+from stickslip.estimation.selection.terms import (
+    SMALL_POWER,
+    Term,
+    small_power_term,
+    two_thirds_term,
+)
 from stickslip.records import AxisKind
 
 
@@ -31,6 +36,7 @@ _LAWS: dict[tuple[bool, tuple[str, ...]], str] = {
     (True, ()): "viscous friction",
     (False, ("two-thirds",)): "friction with the 2/3 power of the speed",
     (True, ("two-thirds",)): "viscous friction with a part of the 2/3 power of the speed",
+    (False, (SMALL_POWER,)): "friction with a power of the speed below 2/3",
     (True, ("quadratic",)): "viscous and quadratic friction",
     (False, ("two-thirds", "quadratic")): "friction with the 2/3 power and the square of the speed",
     (True, ("stribeck",)): "a Stribeck effect",
@@ -103,7 +109,7 @@ def rival_laws(
 
     ``terms`` are the candidates of the log; empty for the 2/3 power of the speed alone.
     """
-    terms = terms or (two_thirds_term(),)
+    terms = (*(terms or (two_thirds_term(),)), small_power_term())
     tuning = RivalTuning() if tuning is None else tuning
     kept = tuple(pair for pair in model.chosen if pair[0].name not in BENDS)
     found: list[Rival | None] = []
@@ -149,6 +155,8 @@ def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
         return False
     if not bends:  # the search has tested the terms that would make viscous friction nonlinear
         return not viscous and names == ("two-thirds",)
+    if SMALL_POWER in names:  # a curve that is bent more than the selected one
+        return bends == {"two-thirds"} and not model.viscous
     return viscous != model.viscous or set(names) != bends
 
 

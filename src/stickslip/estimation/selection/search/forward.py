@@ -103,12 +103,12 @@ def _offered(
 
 
 def _without_viscous(model: Model, tuning: SearchTuning) -> Model:
-    """Return the model without viscous friction, unless that is significant in it."""
+    """Return the model without viscous friction, unless that is significant and positive in it."""
     without = replace(model, viscous=False)
     basis = without.basis()
     partial = basis.partial(model.scaled(model.rows.velocity[:, None]))
     kept = significant_value(basis, partial, tuning.largest_p_value)
-    return without if kept is None else model
+    return without if kept is None or kept < 0.0 else model
 
 
 def _simplest(accepted: Sequence[Trial]) -> Trial:
