@@ -332,9 +332,10 @@ def admit(
         slack += (g.velocity_resolution if measured else _WIDE * g.resolution / T) * late
         jumps = abs(x - g.x - dt * g.v) > slack
         if jumps and g.samples == g.lost == 1 and abs(x - g.rejected) <= slack:
-            # Not this one and the one before were glitches, but the first: begin anew
+            # Not this one and the one before were glitches, but the first, or the axis moved in it:
+            # begin anew
             g.samples = g.free = 0
-            speed = v if measured else 0.0
+            speed = v if measured else 2.0 * (x - g.rejected) / dt
         elif jumps:
             halted = abs(x - g.x) <= abs(dt * g.v) + _WIDE * g.resolution
             g.rejected = x
