@@ -17,6 +17,7 @@ from stickslip.control import (
     GuardedController,
     GuardedState,
     Limits,
+    PreciseController,
     RestDetection,
     SensorErrors,
 )
@@ -312,6 +313,29 @@ def test_a_controller_begins_anew_after_a_glitch_in_the_first_samples(
     assert guard.lost_samples(state) == 1
     lost = 2 - wrong  # a pulse goes on where a sample is lost
     assert seen[lost : lost + 9] == begun[:9]
+
+
+def test_a_lost_sample_does_not_agree_with_a_glitch() -> None:
+    guard = guarded(pulses())
+    state = guard.init()
+    for k, x in enumerate((0.03, nan, 0.0)):
+        state, _ = guard.step(state, SensorSample(k * T, x, 0.0))
+    assert guard.lost_samples(state) == 2
+
+
+def test_a_new_target_holds_after_a_glitch_in_the_first_sample() -> None:
+    plain = PreciseController(pulses=pulses())
+    guard = guarded(plain)
+    state, first = guard.step(guard.init(), SensorSample(0.0, 0.06, 0.0))
+    assert first < 0.0  # a move that the right position does not need
+    state = guard.retargeted(state, 0.02)
+    begun = plain.retargeted(plain.init(), 0.02)
+    for k in range(1, 5):
+        seen = SensorSample(k * T, 0.0, 0.0, nan, nan)
+        state, effort = guard.step(state, seen)
+        if k > 1:  # the second one agrees with the first
+            begun, expected = plain.step(begun, seen)
+            assert effort == expected > 0.0
 
 
 def test_frozen_sensors_are_detected() -> None:

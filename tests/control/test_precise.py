@@ -571,3 +571,18 @@ def test_pulses_that_have_not_helped_wait_for_what_swings_on_the_axis(swing: flo
     decayed = 5.0 * np.log(swing / 9e-5)
     expected = (int(np.ceil(decayed)) - 1, 0.0) if decayed > 10.0 else (9, 250.0)
     assert first_effort(2, swing) == expected
+
+
+def test_an_axis_that_is_pushed_while_it_waits_is_judged_at_its_next_rest() -> None:
+    """The push takes it beyond the target: the move or pulse after it leads back."""
+    controller = PreciseController(pulses=replace(PULSES, target=9e-5))
+    state = controller.init()
+    at.own_fields(state).swing = 8e-3  # until the 23rd sample at rest
+    exact_state.own_fields(state[at.SIZE :]).fruitless = 2
+    for k in range(80):
+        x = 2e-4 * min(max(k - 15, 0), 4)
+        state, effort = controller.step(state, SensorSample(k * T, x, nan, nan, nan))
+        if head(state[at.SIZE :]).pulses > 0 or at.own_fields(state).moving == at.MOVE:
+            break
+    assert head(state[at.SIZE :]).rest == x
+    assert effort < 0.0

@@ -48,7 +48,7 @@ STATE = np.dtype(
         ("lost_total", "i8"),
         ("stuck", "i8"),  # of them, those of a moving axis in the same position, in the last bit
         ("halted", "i8"),  # 1 if the first of them showed an axis that was slower than possible
-        ("rejected", "f8"),  # position of the last of them that no force explains
+        ("rejected", "f8"),  # position of the last of them that no force explains; NaN for none
         ("missing", "i8", (4,)),  # channels of the last lost sample
         ("mismatch", "f8"),  # of position and velocity, with a memory of some ten samples
         ("same", "i8"),  # equal positions in a row
@@ -332,9 +332,10 @@ def admit(
         slack += (g.velocity_resolution if measured else _WIDE * g.resolution / T) * late
         jumps = abs(x - g.x - dt * g.v) > slack
         if jumps and g.samples == g.lost == 1 and abs(x - g.rejected) <= slack:
-            # Not this one and the one before were glitches, but the first: begin anew
+            # Not this one and the one before were glitches, but the first, or the axis moved in it:
+            # begin anew
             g.samples = g.free = 0
-            speed = v if measured else 0.0
+            speed = v if measured else 2.0 * (x - g.rejected) / dt
         elif jumps:
             halted = abs(x - g.x) <= abs(dt * g.v) + _WIDE * g.resolution
             g.rejected = x
@@ -360,6 +361,7 @@ def admit(
     g.time, g.x, g.v = time, x, speed
     g.samples += 1
     g.lost = g.halted = g.stuck = 0
+    g.rejected = np.nan
     _reckon(g, speed, v2)
     if g.started == 0:
         g.started, g.begun = 1, time

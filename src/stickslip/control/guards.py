@@ -386,7 +386,9 @@ class GuardedController(PositionController[GuardedState]):
             raise InputError("target_range", value=target, low=low, high=high, unit="m or rad")
         guard = state.guard.copy()
         at.renew(guard)
-        return GuardedState(guard, self.controller.retargeted(state.inner, target))
+        again = self.controller.retargeted
+        first = None if state.first is None else again(state.first, target)
+        return GuardedState(guard, again(state.inner, target), first)
 
     def outcome(self, state: GuardedState) -> PositioningOutcome | None:
         """Return how far positioning has come."""

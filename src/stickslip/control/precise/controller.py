@@ -235,6 +235,7 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
     runs = runs or coasts(p, s.target)
     if not (runs or falls):
         return
+    p.undecided = p.by_pulse = p.waits = 0  # it rests no longer
     if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p):
         _calm(p, own)
         start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
