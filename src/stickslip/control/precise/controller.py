@@ -99,8 +99,8 @@ _PAUSE, _PAUSES = 0.3, 2  # duration [s] and number of waits for what still swin
 _FEWEST = 2  # samples of a rest, where the delay is known
 _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
 _GENTLER, _GENTLEST = 0.5, 1.5  # times that of the last one, if it vibrates again; times friction
-_SWINGS = 5.0  # samples in which a swing dies down to a third, about a period
-_FRUITLESS = 2  # pulses that have not halved the error, from which they wait for it
+_SWINGS = 5.0  # samples in which a swing is taken to die down to a third
+_FRUITLESS = 2  # pulses that had not halved the error before the last one, from which one waits
 _STAYS, _STAYS_FOR = 100, 0.5  # samples and time [s] at the target: what moves the axis then is new
 _SERVO_ROWS = 8  # fewest measured samples of a move before the servo continues it
 _BRAKED = 1.5  # factor by which pulses are shorter after one that has to be braked
@@ -417,8 +417,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     is let go is under a load above friction: it is held for good, with the outcome ``STOPPED``. One
     that vibrates during a move is braked, and moves on with three times the effort of friction. At
     short sampling times the servo of a `ProfileController` positions it instead; if that fails,
-    pulses follow. Where two pulses have not halved the error, the next ones wait for what may swing
-    on the axis, the longer the farther the last ones have moved it; where no pulse seems to help,
+    pulses follow. Where pulses have not halved the error, the next one waits for what may swing on
+    the axis, the longer the farther the last ones have moved it; where no pulse seems to help,
     the controller waits 0.3 s and then 0.6 s, and tries again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
