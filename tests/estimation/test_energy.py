@@ -142,7 +142,7 @@ def test_velocities_made_of_position_differences_do_no_harm() -> None:
     estimate = EnergyEstimator().fit(measured(stage_motion(LAW), sensors))
     assert estimate.value("coulomb_friction") == pytest.approx(2.0, rel=0.001)
     assert estimate.value("viscous_friction") == pytest.approx(5.0, rel=0.001)
-    assert any("late against the position" in note for note in estimate.diagnostics.notes)
+    assert any("behind the position" in note for note in estimate.diagnostics.notes)
 
 
 def test_an_offset_is_separated_from_friction() -> None:

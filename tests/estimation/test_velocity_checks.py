@@ -118,14 +118,14 @@ def test_a_good_velocity_is_used(log: AxisLog) -> None:
     assert not any("instead" in note for note in estimate.diagnostics.notes)
 
 
-@pytest.mark.parametrize(("samples", "side"), [(1, "late"), (-1, "early")])
+@pytest.mark.parametrize(("samples", "side"), [(1, "behind"), (-1, "ahead of")])
 def test_the_note_on_a_shifted_velocity_states_its_side(
     log: AxisLog, samples: int, side: str
 ) -> None:
     shifted = np.roll(velocity_of(log), samples)
     estimate = EnergyEstimator().fit(replace(log, measured_velocity=shifted))
     (note,) = [note for note in estimate.diagnostics.notes if "instead" in note]
-    assert f"ms {side} against" in note
+    assert f"ms {side} the position" in note
     assert "-" not in note
     for name, value in TRUTH.items():
         assert estimate.value(name) == pytest.approx(value, rel=DERIVED)

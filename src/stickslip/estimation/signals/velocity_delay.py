@@ -170,6 +170,7 @@ def _error(match: VelocityMatch | None, sampling_time: float) -> str | None:
     if match.scaled:
         errors.append(f"{match.gain:.4g} times the derivative of the position")
     if match.shifted(T):
-        delay = match.delay
-        errors.append(f"delayed by {1e3 * delay:.3g} ms ({delay / T:.2g} samples)")
+        side = "behind" if match.delay > 0 else "ahead of"
+        size = abs(match.delay)
+        errors.append(f"{1e3 * size:.3g} ms {side} the position ({size / T:.2g} samples)")
     return " and ".join(errors) or None
