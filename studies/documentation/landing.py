@@ -1,7 +1,7 @@
 """Make theory/landing.md, landings on random arms: ``python -m studies.documentation.landing``.
 
-A thousand arms, each moved by every controller in every case, take about half an hour on two
-processors. ``--arms N`` takes another number of them, ``--workers N`` of processes.
+Two hundred arms, each moved by every controller in every case, take 20 minutes on one processor.
+``--arms N`` takes another number of them, ``--workers N`` of processes.
 """
 
 import argparse
@@ -20,7 +20,7 @@ from studies.van_de_wijdeven.conjunction.random_arms import random_arms
 from studies.van_de_wijdeven.conjunction.study import arm_outcomes, scores_of
 from studies.van_de_wijdeven.records import LandingScore, Spread
 
-ARMS, SEED = 1000, 1
+ARMS, SEED = 200, 1
 
 
 def _spread(of: Spread | None, factor: float = 1.0, digits: int = 2) -> str:
