@@ -235,6 +235,14 @@ def test_a_series_whose_motion_is_not_seen_is_stopped() -> None:
     assert 0.0 < np.abs(path[:, 0]).max() < 0.5  # of a move of 1 m
 
 
+def test_an_arm_that_does_not_show_a_strong_effort_is_stopped_at_once() -> None:
+    """Twelve samples with most of the limit, after a delay of two: not 2 % of a long way."""
+    landing = controller(target=10.0)
+    state, _, sent = flown(landing, 4.0, seen=frozen)
+    assert landing.outcome(state) is PositioningOutcome.STOPPED
+    assert 12 <= np.count_nonzero(sent) <= 15
+
+
 def test_the_corridor_is_that_of_the_corrected_series() -> None:
     landing = controller(arm=ARM)
     state, path, _ = flown(landing, 1.0)

@@ -254,6 +254,8 @@ class TrackingTuning:
     blocked_travel: float = 0.02
     """Planned motion from which a mass 1 at rest stops the landing [move]: it is blocked, or its
     sensor is frozen."""
+    blocked_effort: float = 0.75
+    """Effort that no friction is to hold [effort limit]: mass 1 is then stopped at once."""
     blocked_samples: int = 12  #: Fewest samples at rest that stop it [-].
     blocked_bands: float = 3.0  #: Least planned motion that stops it [bands of rest].
     held_share: float = 0.3

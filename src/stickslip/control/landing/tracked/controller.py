@@ -348,17 +348,28 @@ class TrackedLandingController(TrackedEstimates):
         """
         series = state.flights[-1].planned
         now, stuck = min(state.sent, len(series.position) - 1), self._stuck(state)
+        if stuck < TRACKING.blocked_samples:
+            return False
         since = now - stuck
         planned = abs(float(series.position[now] - series.position[since]))
         whole = max(state.travel, abs(series.target - float(series.position[0])))
-        least = max(TRACKING.blocked_travel * whole, TRACKING.blocked_bands * self._band)
+        least = TRACKING.blocked_bands * self._band
+        if not self._pushed(state, stuck):
+            least = max(TRACKING.blocked_travel * whole, least)
         behind = series.direction * (self._due(state, now) - sample.measured_position)
-        if stuck < TRACKING.blocked_samples or min(planned, behind) <= least:
+        if min(planned, behind) <= least:
             return False
         # The spring may hold it for a while
         x, x2 = state.window.seen()[-TRACKING.blocked_samples :, :2].T
         pulled = series.direction * self.arm.stiffness * float(x[-1] - x2[-1])
         return bool(np.ptp(x2) == 0.0 or pulled <= TRACKING.held_share * self._most(state))
+
+    def _pushed(self, state: Any, stuck: int) -> bool:
+        """Return whether most of the effort limit has acted while mass 1 was at rest."""
+        acting = stuck - ceil(self._drive(state).delay or TRACKING.assumed_delay)
+        efforts = np.abs(tuple(state.efforts)[-stuck:][:acting])
+        strong = TRACKING.blocked_effort * self._most(state)
+        return acting >= TRACKING.blocked_samples and bool(efforts.min() >= strong)
 
     def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
         """Return the state, with what follows a rest on the way planned anew where it is off."""
