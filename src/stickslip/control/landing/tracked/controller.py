@@ -365,7 +365,9 @@ class TrackedLandingController(TrackedEstimates):
         return bool(np.ptp(x2) == 0.0 or pulled <= TRACKING.held_share * self._most(state))
 
     def _pushed(self, state: Any, stuck: int) -> bool:
-        """Return whether most of the effort limit has acted while mass 1 was at rest."""
+        """Return whether most of the effort limit has acted and mass 1 has shown no motion."""
+        if np.ptp(state.window.seen()[-TRACKING.blocked_samples :, 0]) > 0.0:
+            return False
         acting = stuck - ceil(self._drive(state).delay or TRACKING.assumed_delay)
         efforts = np.abs(tuple(state.efforts)[-stuck:][:acting])
         strong = TRACKING.blocked_effort * self._most(state)
