@@ -253,7 +253,8 @@ class GuardedState(NamedTuple):
 
     guard: Float[np.ndarray, " g"]
     inner: Any
-    first: Any = None  #: State of the controller before the first sample, for the second one.
+    #: State of the controller before the first sample, while that may be a glitch.
+    first: Any = None
 
 
 @dataclass(frozen=True, kw_only=True)

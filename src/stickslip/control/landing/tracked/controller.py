@@ -350,24 +350,22 @@ class TrackedLandingController(TrackedEstimates):
         now, stuck = min(state.sent, len(series.position) - 1), self._stuck(state)
         if stuck < TRACKING.blocked_samples:
             return False
+        x, x2 = state.window.seen()[-TRACKING.blocked_samples :, :2].T
         since = now - stuck
         planned = abs(float(series.position[now] - series.position[since]))
         whole = max(state.travel, abs(series.target - float(series.position[0])))
         least = TRACKING.blocked_bands * self._band
-        if not self._pushed(state, stuck):
+        if np.ptp(x) > 0.0 or not self._pushed(state, stuck):
             least = max(TRACKING.blocked_travel * whole, least)
         behind = series.direction * (self._due(state, now) - sample.measured_position)
         if min(planned, behind) <= least:
             return False
         # The spring may hold it for a while
-        x, x2 = state.window.seen()[-TRACKING.blocked_samples :, :2].T
         pulled = series.direction * self.arm.stiffness * float(x[-1] - x2[-1])
         return bool(np.ptp(x2) == 0.0 or pulled <= TRACKING.held_share * self._most(state))
 
     def _pushed(self, state: Any, stuck: int) -> bool:
-        """Return whether most of the effort limit has acted and mass 1 has shown no motion."""
-        if np.ptp(state.window.seen()[-TRACKING.blocked_samples :, 0]) > 0.0:
-            return False
+        """Return whether most of the effort limit has acted in a rest of mass 1."""
         acting = stuck - ceil(self._drive(state).delay or TRACKING.assumed_delay)
         efforts = np.abs(tuple(state.efforts)[-stuck:][:acting])
         strong = TRACKING.blocked_effort * self._most(state)
