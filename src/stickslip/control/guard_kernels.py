@@ -126,6 +126,8 @@ _FILTERED = 6.0  # times the way of the largest acceleration: a filtered velocit
 _MOVES = 5e-3  # of the travel: an axis let go is moved by more than bristles that spring back
 _WIDE = 4.0  # resolutions: errors of two positions, and of the speed from them
 _STUCK = 5  # samples for which a moving axis was in the same position: it has not stopped there
+_STILL = 2  # samples at rest without effort: the speed at the end is 0
+_AS_FAR, _OFF = 0.25, 4  # of what a position is off: the next one, if no more off; most of them
 _ALIKE = 8  # samples: a slow sensor may repeat some
 _SLOWS = 0.9  # of the mean speed of a time: a lower one at its end shows no load
 _CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
@@ -259,6 +261,16 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
         g.fault = TIME
 
 
+@compiled(inline=True)
+def _stays_off(g: Any, x: float) -> bool:
+    """Return whether a position is as far off a rest as the one that was rejected before it.
+
+    A force takes an axis ever farther off. More than `_OFF` in a row are no glitches.
+    """
+    same = abs(x - g.rejected) <= _AS_FAR * abs(g.rejected - g.x)
+    return same and g.idle >= _STILL and 0 < g.lost < _OFF
+
+
 @compiled()
 def _repeats(g: Any, k: int, x: float, v: float) -> bool:
     """Return whether a moving mass keeps its position and velocity in the last bit, as none does.
@@ -326,23 +338,25 @@ def admit(
     if g.samples == 0:
         speed = v if measured else 0.0
     else:
-        # The speed from positions is that of the middle of the step before
-        late = dt + T
+        # The speed from positions is that of the middle of the step before, but at rest
+        late = dt if g.idle >= _STILL and not measured else dt + T
         slack = 0.5 * g.acceleration * dt * late + _WIDE * g.resolution
         slack += (g.velocity_resolution if measured else _WIDE * g.resolution / T) * late
-        jumps = abs(x - g.x - dt * g.v) > slack
+        halted = abs(x - g.x) <= abs(dt * g.v) + _WIDE * g.resolution
+        jumps = abs(x - g.x - dt * g.v) > slack or (not halted and _stays_off(g, x))
         if jumps and g.samples == g.lost == 1 and abs(x - g.rejected) <= slack:
             # Not this one and the one before were glitches, but the first, or the axis moved in it:
             # begin anew
             g.samples = g.free = 0
             speed = v if measured else 2.0 * (x - g.rejected) / dt
         elif jumps:
-            halted = abs(x - g.x) <= abs(dt * g.v) + _WIDE * g.resolution
             g.rejected = x
             if (halted or g.halted == 1) and x != g.x:
                 return _halt(g)
             g.stuck += 1 if x == g.x else 0
             return _lose(g, FROZEN if x == g.x else JUMP)
+        if not measured and abs(x - g.rejected) <= _WIDE * g.resolution:
+            speed = (x - g.rejected) / T  # it rests where it was off before
         if g.stuck >= _STUCK and x == g.x and g.fault == 0:  # by no force
             g.fault = FROZEN
         if measured and g.samples > 0:

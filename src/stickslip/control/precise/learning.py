@@ -81,6 +81,7 @@ OWN_DTYPE = np.dtype(
         ("seen", "i8"),  # 1 once it has moved
         ("wild", "i8"),  # innovations that the model does not explain
         ("off", "f8"),  # the last of them
+        ("glitch", "i8"),  # 1 if the last sample was one
         ("shakes", "i8"),  # how often their sign has changed, counted by weight
         ("reversals", "i8"),  # how often it has changed in this move, `_SLOW` samples apart or more
         ("reversed_at", "i8"),  # sample of the move in which it has changed last
@@ -88,8 +89,8 @@ OWN_DTYPE = np.dtype(
         ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
         ("waited", "i8"),  # samples since then; in a braking, lost samples without effort
         ("quiet", "i8"),  # those without effort, in a row; in a hold, those at rest
-        ("level", "f8"),  # of its accelerations: mean and slope
-        ("slope", "f8"),
+        ("for_speed", "f8"),  # weights of its forces: of what they do to the speed and the way
+        ("for_way", "f8"),
         ("x", "f8"),  # state in the sample, in the direction of the move, as estimated
         ("v", "f8"),
         ("p_xx", "f8"),  # its covariance
@@ -306,13 +307,14 @@ def learn(p: Any, x: float, measured: bool) -> None:
     in_use, explained = 0.0, 0.0  # innovation of the model in use, and its variance
     friction = 0.5 * _EARLY_FRICTION * p.values[p.best, 1]
     early = max(_EARLY * p.shortest - _NO_EARLY, 0.0) * T
+    area = p.area - T * T * p.v / 12.0  # the Euler-Maclaurin formula
     row, gain = np.empty(ROWS), np.empty(ROWS)
     for h in range(MODELS):
         _integrate(p, h)
         if not (measured and p.open):
             continue
         tau = max((p.samples - delay_of(h) - p.late[h // DELAYS]) * T, 0.0)
-        row[0], row[1], row[2], row[3] = x, 0.5 * tau * tau, p.area, tau
+        row[0], row[1], row[2], row[3] = x, 0.5 * tau * tau, area, tau
         R = even + (friction * tau * min(tau, early)) ** 2
         innovation, variance = p.twice[h], R
         if tau == 0.0:

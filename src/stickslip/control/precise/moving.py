@@ -9,11 +9,10 @@ From there on there are three parts:
    (v + a T)^2 = 2 b (e - e_0 - v T - a T^2/2). The way e_0 = 1.5 b T^2 costs one sample, and lets
    the last part end with a third of the braking, and so of what is wrong with it.
 3. As soon as n samples within the limit lead to rest at the target, those with the least sum of
-   squares of the acceleration,
+   squares of the force f = u - F, planned anew in each sample as long as noise is small beside what
+   it changes. A sample of f and k more without it add, with z = c T/m,
 
-       a_i = -v/(n T) + B (n - 1 - 2 i)/2,    B = 12 (e - v n T/2)/[T^2 n (n^2 - 1)],
-
-   planned anew in each sample as long as noise is small beside what it changes.
+       f T/m e^(-k z) phi_1(-z)  to the speed, f T^2/m [phi_2(-z) + k phi_1(-z) phi_1(-k z)]  to x.
 
 The effort for an acceleration is m a + F + c v, with what has been learned so far.
 """
@@ -23,6 +22,7 @@ from typing import Any
 
 from stickslip.compiled import compiled
 from stickslip.control.precise.braking import (
+    STRONGEST,
     start_braking,
     start_holding_load,
     start_holding_moving,
@@ -48,6 +48,7 @@ from stickslip.control.precise.learning import (
     variance_of,
 )
 from stickslip.control.pulses.exact_state import COULOMB
+from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
 
 _PLANNED = 0.85  # of the limit: braking, so that the feedback can brake more
 _LAST = 8  # samples: the longest last part
@@ -75,6 +76,7 @@ _FEWEST = 7.0  # samples of a move behind an unknown delay, per standard deviati
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _USED = 0.9  # of the limit: by the last part as it is planned first
+_GLIDES = 0.08  # of half the tolerance: the last way, in which friction alone stops the axis
 _TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
 _FREES = 0.98  # of the limit: an effort that moves any axis which is not blocked
 _STOPPING = 6  # samples: an axis that does not stop on the plan is stopped for so long
@@ -107,7 +109,7 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
     p.seen = p.wild = p.reversals = p.reversed_at = p.brakings = p.unseen = 0
     p.strongest = 0.0
-    p.off, p.shakes = 0.0, 0
+    p.off, p.shakes, p.glitch = 0.0, 0, 0
     p.moves += 1
     p.start, p.backward = x, (1 if target < x else 0)
     p.way = p.last_error = abs(target - x)
@@ -136,14 +138,16 @@ def _free(
         if v == 0.0 and abs(mean) <= F:
             break
         sign = math.copysign(1.0, v if v != 0.0 else mean)
-        a = (mean - sign * F - c * v) / (m + 0.5 * c * h)
-        after = v + a * h
+        net, z = mean - sign * F, -c * h / m
+        after = v * math.exp(z) + net * h / m * phi1(z)
         if v == 0.0 or after * v > 0.0:
-            shape = (double - 0.5 * mean) / m if part == 0 else 0.0
-            return x + 0.5 * h * (v + after) + shape * h * h, after
-        stop = v / -a if a != 0.0 else h
-        x += 0.5 * v * stop
-        h -= stop
+            shape = double - 0.5 * mean if part == 0 else 0.0
+            return x + v * h * phi1(z) + (net * phi2(z) + shape) * h * h / m, after
+        if net == 0.0:
+            break
+        w = abs(v / net)
+        x += m * v * w * stopping_distance(c * w)
+        h -= m * w * stopping_time(c * w)
         v = 0.0
     return x, 0.0
 
@@ -173,7 +177,8 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     """Estimate the state in the sample by a Kalman filter: prediction, correction by the position.
 
     The effort that acted at the start of the sample is ``f``. An innovation of more than three
-    standard deviations is that of the acceleration.
+    standard deviations is that of the acceleration. A position that no possible force explains is a
+    glitch, and not used, but never twice in a row.
     """
     T = p.period
     law = model(p)
@@ -192,6 +197,9 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     p.p_xx, p.p_xv, p.p_vv = p_xx + 0.25 * q * T**4, p_xv + 0.5 * q * T**3, p_vv + q * T**2
     if measured:
         off, R = x - x_0, variance_of(p)
+        most = 0.5 * STRONGEST * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
+        p.glitch = 1 if p.glitch == 0 and abs(off) > most else 0
+    if measured and p.glitch == 0:
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:
             if off * p.off < 0.0:
@@ -222,8 +230,10 @@ def _ahead(p: Any) -> tuple[float, float, float]:
     Behind a lag tau, X = x + tau v and V = v + tau (f - F)/m obey V' = (u - F)/m as a mass without
     a lag does, and X is where the axis comes to rest once V = 0. Returns X, V and v.
     """
-    law = model(p)
-    m, F, _ = law
+    m, F, c = model(p)
+    if p.seen == 0 and p.known == 0:  # what takes it farthest, as it cannot be corrected until then
+        F = max(F - _CERTAIN * math.sqrt(p.covariance[p.best, 1, 1]), 0.0)
+    law = (m, F, c)
     T, delay = p.period, delay_of(p.best)
     lag, f = lag_of(p.best) * T, p.effort[p.best]
     whole, sign = int(delay), direction(p)
@@ -239,17 +249,67 @@ def _ahead(p: Any) -> tuple[float, float, float]:
 
 
 @compiled()
-def _plan_last(p: Any, e: float, v: float, n: int) -> None:
-    """Plan n accelerations that lead to rest at the target."""
-    T = p.period
-    p.left, p.level, p.slope = n, -v / (n * T), 0.0
-    if n > 1:
-        p.slope = 12.0 * (e - 0.5 * v * n * T) / (T * T * n * (n * n - 1.0))
+def _drag(p: Any) -> float:
+    """Return c T/m of the last part. Behind a lag not V but the speed has viscous friction."""
+    m, _, c = model(p)
+    return 0.0 if lag_of(p.best) > 0.0 else c * p.period / m
 
 
 @compiled()
-def _last_acceleration(p: Any, i: int, n: int) -> float:
-    return p.level + 0.5 * p.slope * (n - 1 - 2 * i)
+def _gains(z: float, k: int) -> tuple[float, float]:
+    """Return what a force f does to speed and way k samples after its own, over f T/m, f T^2/m."""
+    return phi1(-z) * math.exp(-k * z), phi2(-z) + phi1(-z) * k * phi1(-k * z)
+
+
+@compiled()
+def _plan_last(p: Any, e: float, v: float, n: int) -> None:
+    """Plan the n least forces that lead to rest at the target; one alone leads to rest only."""
+    m, F, _ = model(p)
+    T, z = p.period, _drag(p)
+    end = math.sqrt(_GLIDES * 2.0 * max(F, 0.0) * p.bend / m)
+    speed = (end - v * math.exp(-n * z)) / T
+    way = (e - _GLIDES * p.bend - v * n * T * phi1(-n * z)) / (T * T)
+    vv = vx = xx = 0.0
+    for k in range(n):
+        by_v, by_x = _gains(z, k)
+        vv += by_v * by_v
+        vx += by_v * by_x
+        xx += by_x * by_x
+    det = vv * xx - vx * vx
+    p.left = n
+    p.for_speed = m * (speed / vv if n == 1 else (speed * xx - way * vx) / det)
+    p.for_way = 0.0 if n == 1 else m * (way * vv - speed * vx) / det
+
+
+@compiled()
+def _of_last(p: Any, k: int, speed: float) -> float:
+    """Return the planned effort of the last part, k samples before its last one."""
+    _, F, c = model(p)
+    by_v, by_x = _gains(_drag(p), k)
+    u = p.for_speed * by_v + p.for_way * by_x + F
+    return u + c * max(speed, 0.0) if lag_of(p.best) > 0.0 else u
+
+
+@compiled()
+def _can_end(p: Any, e: float, v: float) -> bool:
+    """Plan the last part with the least number of samples within the limit, if there is one."""
+    F, most = model(p)[1], _USED * p.move_effort
+    for n in range(_FIRST, _LAST + 1):
+        _plan_last(p, e, v, n)
+        push, brake = _of_last(p, n - 1, v), _of_last(p, 0, 0.0)
+        if max(abs(push), abs(brake)) <= most and brake <= F:
+            return True
+    p.left = 0
+    return False
+
+
+@compiled()
+def _next_of_last(p: Any, speed: float) -> float:
+    """Return the effort of the first sample that is left of the last part, and go on by it."""
+    p.left -= 1
+    p.ending = 1 if p.left == 0 else 0
+    u = _of_last(p, p.left, speed)
+    return min(max(u, -p.move_effort), p.move_effort)
 
 
 @compiled()
@@ -262,30 +322,6 @@ def _effort(p: Any, a: float, v: float, speed: float) -> float:
     mean = speed if lag_of(p.best) > 0.0 else v + 0.5 * a * p.period
     u = m * a + F + c * max(mean, 0.0)
     return min(max(u, -p.move_effort), p.move_effort)
-
-
-@compiled()
-def _can_end(p: Any, e: float, v: float) -> bool:
-    """Plan the last part with the least number of samples within the limit, if there is one."""
-    m, F, c = model(p)
-    for n in range(_FIRST, _LAST + 1):
-        _plan_last(p, e, v, n)
-        first, last = _last_acceleration(p, 0, n), _last_acceleration(p, n - 1, n)
-        push, brake = m * first + F + c * v, m * last + F
-        if max(abs(push), abs(brake)) <= _USED * p.move_effort and last <= 0.0:
-            return True
-    p.left = 0
-    return False
-
-
-@compiled()
-def _next_of_last(p: Any, v: float, speed: float) -> float:
-    """Return the effort of the first sample that is left of the last part, and go on by it."""
-    a = p.level + 0.5 * p.slope * (p.left - 1)
-    p.level -= 0.5 * p.slope
-    p.left -= 1
-    p.ending = 1 if p.left == 0 else 0
-    return _effort(p, a, v, speed)
 
 
 @compiled()
@@ -309,10 +345,9 @@ def _decide(p: Any) -> float:
         noise = 6.0 * p.noise / (T * T * n * (n + 1.0)) * m
         if noise <= _QUIET * p.move_effort or n == 1:
             _plan_last(p, e, v, n)
-            needed = m * (p.level + 0.5 * p.slope * (n - 1)) + F + c * v
-            if abs(needed) > p.move_effort and not _can_end(p, e, v):
+            if abs(_of_last(p, n - 1, speed)) > p.move_effort and not _can_end(p, e, v):
                 _plan_last(p, e, v, n)
-        return _next_of_last(p, v, speed)
+        return _next_of_last(p, speed)
     reacts = p.samples > delay_of(p.best) + _REACTION * lag_of(p.best) + 1.0
     if p.ending or (reacts and speed <= 0.0):
         return _stop(p, e, v, speed)
@@ -323,7 +358,7 @@ def _decide(p: Any) -> float:
     if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - gentle - x_1):
         return p.move_effort
     if _can_end(p, e, v):
-        return _next_of_last(p, v, speed)
+        return _next_of_last(p, speed)
     B, C = 2.0 * v / T + b, (v * v - 2.0 * b * (e - gentle - v * T)) / (T * T)
     root = B * B - 4.0 * C
     a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -2.0 * p.move_effort / m
@@ -355,7 +390,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     if coasts > p.bend and p.waited <= _STOPPING:
         p.quiet = 0
         if e > 2.0 * p.bend and _can_end(p, e, v):
-            return _next_of_last(p, v, speed)
+            return _next_of_last(p, speed)
         # Beyond the target, what friction certainly does
         unsure = _CERTAIN * math.sqrt(p.covariance[p.best, 1, 1]) if e < 0.0 else 0.0
         holding = max(F - unsure, 0.0)
@@ -392,7 +427,7 @@ def go_on(p: Any, position: float, measured: bool) -> float:
         _track(p, x, measured, p.effort[p.best])
         if p.seen and p.v <= 0.0:
             p.open = 0  # it has stopped within the sample
-        if measured:
+        if measured and p.glitch == 0:
             p.seen = 1 if p.seen or x > _SEEN * p.noise else 0
             learn(p, x, True)
             tau = (p.samples - delay_of(p.best)) * p.period
