@@ -382,6 +382,20 @@ def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixtur
     assert not caplog.text
 
 
+@pytest.mark.parametrize("share", [0.6, 0.9, 1.5, 3.0])
+@pytest.mark.parametrize("glitches", [1, 2, 3])
+def test_glitches_at_rest_do_not_move_the_axis(glitches: int, share: float) -> None:
+    """They are off by a share of what the largest acceleration would do in two samples."""
+    guard = guarded(pulses(target=0.0), travel=(-10.0, 10.0), speed=100.0)
+    off = share * 2.0 * guard.limits.acceleration * T * T
+    state = guard.init()
+    for k in range(80):
+        seen = off if 40 <= k < 40 + glitches else 0.0
+        state, effort = guard.step(state, SensorSample(k * T, seen, np.nan, np.nan, np.nan))
+        assert effort == 0.0
+    assert guard.outcome(state) is PositioningOutcome.REACHED
+
+
 def test_a_glitch_is_no_way_out_of_the_travel() -> None:
     guard = guarded(pulses(), travel=(-0.05, 0.1), acceleration=1e6, speed=1e9)
     state = guard.init()

@@ -24,7 +24,7 @@ from stickslip.control.precise import learning as at
 from stickslip.control.pulses import exact_learning, exact_state
 from stickslip.control.pulses.kernel import head
 from stickslip.records import PositioningOutcome
-from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
+from stickslip.simulation import ClosedLoopRun, Sensors, simulate, simulate_closed_loop
 
 T, MASS = 1e-2, 150.0
 LAW = CoulombViscousFriction.symmetric(
@@ -160,6 +160,63 @@ def test_a_move_takes_little_more_than_the_shortest_time(
     outside = np.flatnonzero(np.abs(run.motion.position - target) > 2e-5)
     settled = float(run.motion.time[outside[-1] + 1])
     assert settled <= longest * shortest(limit, abs(target)) + T
+
+
+@pytest.mark.parametrize("viscous", [700.0, 2500.0])
+@pytest.mark.parametrize("target", [0.01, -0.02])
+def test_a_move_lands_whatever_viscous_friction_takes_in_a_sample(
+    target: float, viscous: float
+) -> None:
+    """It takes up to 15 % of the speed; as if it did so evenly, moves would miss by 7 to 25 µm.
+
+    What is left is by the noise of positions: 1 µm of one makes 0.2 mm/s, or 2 µm in a sample.
+    """
+    law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=viscous)
+    pulses = replace(PULSES, effort_limit=3000.0, mass=MASS, friction=law, target=target)
+    known = replace(pulses, mass_uncertainty=0.01, friction_uncertainty=0.05)
+    ends = [
+        simulate_closed_loop(
+            SingleMass(mass=MASS, friction=law),
+            PreciseController(pulses=known, delay=0.0),
+            sampling_time=T,
+            samples=13,
+            sensors=Sensors(position_noise=1e-6, encoder_step=1e-6, velocity="none"),
+            generator=np.random.default_rng(seed),
+        ).motion.position[-1]
+        for seed in range(9)
+    ]
+    assert np.median(ends) == pytest.approx(target, abs=6e-6)
+
+
+@pytest.mark.parametrize("delay", [2, 5])
+@pytest.mark.parametrize("target", [0.008, -0.003])
+def test_a_strong_axis_stays_within_its_travel_behind_an_unknown_delay(
+    target: float, delay: int
+) -> None:
+    """Friction is unknown, and in truth a third of what is expected of the effort limit."""
+    law = PreciseController.unknown_friction(mass=MASS, effort_limit=5000.0, distance=abs(target))
+    pulses = replace(PULSES, effort_limit=5000.0, mass=MASS, friction=law)
+    pulses = replace(pulses, friction_uncertainty=PreciseController.unknown_spread)
+    run = moved(PreciseController(pulses=pulses), delay=delay, target=target)
+    assert np.max(run.motion.position / target) < 1.6
+    assert run.motion.position[-1] == pytest.approx(target, abs=2e-5)
+
+
+@pytest.mark.parametrize("at_sample", [2, 3])
+def test_a_glitch_in_a_move_is_not_followed(at_sample: int) -> None:
+    """It is off by the whole way, against the motion: no force takes the axis there."""
+    pulses = replace(PULSES, effort_limit=3000.0)
+    controller = PreciseController(pulses=pulses)
+    state, effort = controller.init(), 0.0
+    plant = SingleMass(mass=MASS, friction=LAW)
+    moving: tuple[float, float] = (0.0, 0.0)
+    for k in range(12):
+        seen = moving[0] - (0.01 if k == at_sample else 0.0)
+        state, effort = controller.step(state, SensorSample(k * T, seen, nan, nan, nan))
+        run = simulate(plant, np.array([effort]), sampling_time=T, initial_state=moving)
+        moving = (float(run.position[-1]), float(run.velocity[-1]))
+        assert moving[0] < 0.0103
+    assert moving == (pytest.approx(0.01, abs=2e-4), 0.0)
 
 
 @pytest.mark.parametrize("lost", [0.1, 0.5])
