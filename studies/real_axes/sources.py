@@ -29,25 +29,25 @@ class ExtraFile:
         """Address of the raw file."""
         return f"https://raw.githubusercontent.com/{self.repository}/{self.commit}/{self.path}"
 
+    def checked(self, folder: Path) -> Path:
+        """Return the path of the file in a folder.
 
-def checked(folder: Path, file: str) -> Path | None:
-    """Return the path of an extra file, or None if it is absent.
-
-    Raises
-    ------
-    ValueError
-        If the file is another one.
-    """
-    path = folder / file
-    if not path.is_file():
-        return None
-    if hashlib.sha256(path.read_bytes()).hexdigest() != EXTRA_FILES[file].sha256:
-        raise ValueError(f"{path} has another hash than {EXTRA_FILES[file].address}")
-    return path
+        Raises
+        ------
+        FileNotFoundError
+            If it is absent.
+        ValueError
+            If it is another file.
+        """
+        path = folder / self.file
+        if hashlib.sha256(path.read_bytes()).hexdigest() != self.sha256:
+            raise ValueError(f"{path} has another hash than {self.address}")
+        return path
 
 
-def _extra_files() -> dict[str, ExtraFile]:
-    listed = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+def listed_files(path: Path) -> dict[str, ExtraFile]:
+    """Return the files of a list, by their places in the folder of extra files."""
+    listed = tomllib.loads(path.read_text(encoding="utf-8"))
     return {
         file: ExtraFile(
             file=file, repository=each["name"], commit=each["commit"], path=path, sha256=sha256
@@ -57,5 +57,5 @@ def _extra_files() -> dict[str, ExtraFile]:
     }
 
 
-EXTRA_FILES = _extra_files()
+EXTRA_FILES = listed_files(Path(__file__).with_suffix(".toml"))
 """Every extra file, by its place in the folder."""
