@@ -200,7 +200,7 @@ def _resolution_scores(scores: Sequence[ResolutionScore]) -> Table:
             Column("f_s/f_c"),
             Column("friction changes by"),
             Column("T", short="T"),
-            Column("Eq. 24", short="Eq. 24"),
+            Column("Eq. 24", only="page"),
             Column("median error"),
             Column("95 % below"),
             Column("within a step [%]"),
