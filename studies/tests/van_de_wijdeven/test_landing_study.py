@@ -37,10 +37,7 @@ from studies.van_de_wijdeven.conjunction.scoring import (
     rival_moves,
     score,
 )
-from studies.van_de_wijdeven.conjunction.study import (
-    landing_scores,
-    shortest_times,
-)
+from studies.van_de_wijdeven.conjunction.study import landing_scores, shortest_times
 from studies.van_de_wijdeven.records import LandingScore, Spread
 
 pytestmark = pytest.mark.slow

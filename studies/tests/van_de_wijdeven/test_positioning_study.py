@@ -25,12 +25,7 @@ from studies.van_de_wijdeven.part_b.random_axes import (
     RandomAxis,
     random_axes,
 )
-from studies.van_de_wijdeven.part_b.scoring import (
-    ARRIVAL,
-    AxisOutcome,
-    outcome_on,
-    score,
-)
+from studies.van_de_wijdeven.part_b.scoring import ARRIVAL, AxisOutcome, outcome_on, score
 from studies.van_de_wijdeven.part_b.study import controller_scores, pieces
 from studies.van_de_wijdeven.part_b.trials import study
 from studies.van_de_wijdeven.records import ControllerScore

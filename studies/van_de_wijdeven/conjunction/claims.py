@@ -8,12 +8,7 @@ from stickslip.records import PositioningOutcome
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven import judging
 from studies.van_de_wijdeven.conjunction.cases import BOUND
-from studies.van_de_wijdeven.conjunction.landings import (
-    FEEDBACK,
-    RIGID,
-    Landing,
-    LandingEvidence,
-)
+from studies.van_de_wijdeven.conjunction.landings import FEEDBACK, RIGID, Landing, LandingEvidence
 from studies.van_de_wijdeven.conjunction.series import SeriesEvidence
 from studies.van_de_wijdeven.conjunction.setting import MOVE, TARGETS
 from studies.van_de_wijdeven.records import SuccessiveSeries

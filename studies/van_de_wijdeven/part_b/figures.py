@@ -5,13 +5,7 @@ from jaxtyping import Float
 
 from stickslip.planning import PulseLaw
 from stickslip.simulation import simulate
-from studies.van_de_wijdeven.part_b.cases import (
-    BOUNDED,
-    PAPWC,
-    PWC,
-    READINGS,
-    UNBOUNDED,
-)
+from studies.van_de_wijdeven.part_b.cases import BOUNDED, PAPWC, PWC, READINGS, UNBOUNDED
 from studies.van_de_wijdeven.part_b.evidence import Evidence
 from studies.van_de_wijdeven.part_b.numbers import FAR, NEAR, width_by_gain
 from studies.van_de_wijdeven.part_b.runs import Series

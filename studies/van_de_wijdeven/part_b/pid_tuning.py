@@ -8,10 +8,7 @@ from typing import Literal
 
 from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.records import InputError
-from studies.van_de_wijdeven.part_b.random_axes import (
-    SAMPLE_NOISE,
-    RandomAxis,
-)
+from studies.van_de_wijdeven.part_b.random_axes import SAMPLE_NOISE, RandomAxis
 from studies.van_de_wijdeven.part_b.setting import SAMPLING_TIME, TOLERANCE
 from studies.van_de_wijdeven.part_b.trials import study
 from studies.van_de_wijdeven.records import ControllerScore

@@ -8,11 +8,7 @@ import pytest
 from landing_runs import fly
 from refusals import refuses
 
-from stickslip.control import (
-    AxisLandingController,
-    ExactPulseController,
-    RestDetection,
-)
+from stickslip.control import AxisLandingController, ExactPulseController, RestDetection
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
