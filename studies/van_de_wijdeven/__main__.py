@@ -124,7 +124,7 @@ def _print(console: Console, result: parts.Reproduced) -> None:
     console.print()
     for section in own_sections(reproduction):
         for block in section.blocks:
-            if isinstance(block, Table) and block.style == "dense":
+            if isinstance(block, Table) and block.style != "options":
                 print_table(console, block)
     _print_claims(console, reproduction.claims)
     console.print()

@@ -66,6 +66,7 @@ def _term(name: str) -> Cell:
 def _printed_numbers(numbers: Sequence[PrintedNumber]) -> Table:
     return Table(
         title="Every number of the text",
+        style="parameters",
         caption="“Same digits” says whether ours, rounded to the digits that the source prints, is "
         "the source's.",
         columns=[
