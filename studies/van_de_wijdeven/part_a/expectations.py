@@ -18,7 +18,7 @@ from studies.van_de_wijdeven.records import Curve, Panel, ReproducedFigure
 
 _RANGE = 3.0  # standard deviations up to which the source's polynomials hold
 _POINTS = 601
-_DRAWS = 200_000  # enough to tell 0.002 standard deviations
+_DRAWS = 200_000  # enough to resolve 0.002 standard deviations
 _MEANS = (0.0, 2.0)  # of Figure 5.1 [standard deviations]
 _SPEEDS = (0.0, 0.5, 1.0, 2.0, 3.0)  # where Eq. 5.20 is checked [standard deviations]
 _KOLMOGOROV_95 = 1.358  # limit of the distance of n draws, times the root of n (n large)

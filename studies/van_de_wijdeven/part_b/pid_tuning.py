@@ -86,7 +86,7 @@ _GRID: dict[str, tuple[float, ...]] = {
     "dither_frequency": (12.5, 25.0, 50.0),
 }
 FASTEST = 0.1 / SAMPLING_TIME
-"""A tenth of the sampling rate [Hz], a common rule: beyond it every delay of a real loop tells."""
+"""A tenth of the sampling rate [Hz], a common rule: beyond it any delay of a loop matters."""
 LEAST_MARGIN = 30.0
 """Usual lower limit of the phase margin [degrees]."""
 _STARTS = tuple(product((30.0, 60.0), (3.0, 10.0)))  # phase margin and integral ratio

@@ -192,7 +192,7 @@ class Reproduction(Record):
 
     title: str  #: What the part is about.
     setting: str  #: With which values, in words.
-    #: The same as numbers, each with its unit [as told beside it], by group and name.
+    #: The same as numbers, each with its unit [as stated beside it], by group and name.
     values: SettingValues
     #: Figures of the source, and its claims.
     figures: tuple[ReproducedFigure, ...]
