@@ -44,7 +44,7 @@ def _learned(of_loop: Sequence[FiveRuns]) -> Table:
     names = list(of_loop[0].values)
     runs = range(1, of_loop[0].itse.size + 1)
     return Table(
-        title=of_loop[0].loop.capitalize(),
+        title=f"Estimates, {of_loop[0].loop}",
         columns=[
             Column("case", "left"),
             *(Column(f"run {run}: {_quantity(name)}") for name in names for run in runs),
@@ -97,7 +97,7 @@ def _errors(of_loop: Sequence[VariantScore]) -> Table:
     noises = dict.fromkeys(each.noise for each in of_loop)
     found = {(each.variant, each.assumed, each.noise): each for each in of_loop}
     return Table(
-        title=of_loop[0].loop.capitalize(),
+        title=f"Mean and root mean square errors, {of_loop[0].loop}",
         columns=[
             Column("variant", "left"),
             Column("σ assumed"),
