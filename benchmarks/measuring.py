@@ -115,7 +115,7 @@ class Comparison:
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison as plain JSON types."""
         record = asdict(self)
-        for row in record["rows"]:  # JSON knows no nan
+        for row in record["rows"]:  # JSON has no nan
             if row["error"] is not None and not math.isfinite(row["error"]):
                 row["error"] = str(row["error"])
         record["targets"] = [{**asdict(target), "met": target.met} for target in self.targets]

@@ -16,7 +16,7 @@ from benchmarks.reference import ReferenceRun
 from stickslip.compiled import compiled
 from stickslip.plants import SingleMass
 
-# No type information in the one; in the other, none that knows events which carry attributes.
+# No type information in the one; in the other, none for events which carry attributes.
 mujoco = cast("Any", _mujoco)
 solve_ivp = cast("Any", integrate.solve_ivp)
 

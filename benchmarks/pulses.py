@@ -34,7 +34,7 @@ _DRIVE = 250.0
 
 def _controllers() -> dict[str, PulseController]:
     rest = RestDetection.for_encoder(resolution=_STEP, noise=_STEP, samples=10)
-    told: dict[str, Any] = {
+    given: dict[str, Any] = {
         "mass": _MASS,
         "coulomb_friction": 80.0,
         "pulse_effort": _EFFORT,
@@ -56,8 +56,10 @@ def _controllers() -> dict[str, PulseController]:
             ),
             position_noise=_STEP * sqrt(13.0 / 12.0),
         ),
-        "PAPWC": replace(PulseAmplitudeWidthController.from_friction(**told), max_idle_pulses=None),
-        "PWC": replace(PulseWidthController.from_friction(**told), max_idle_pulses=None),
+        "PAPWC": replace(
+            PulseAmplitudeWidthController.from_friction(**given), max_idle_pulses=None
+        ),
+        "PWC": replace(PulseWidthController.from_friction(**given), max_idle_pulses=None),
     }
 
 

@@ -17,11 +17,7 @@ from benchmarks.other_recursions import (
     by_padasip,
     by_statsmodels,
 )
-from stickslip.estimation import (
-    EnergyEstimator,
-    PublishedEnergyEstimator,
-    RecursiveLeastSquares,
-)
+from stickslip.estimation import EnergyEstimator, PublishedEnergyEstimator, RecursiveLeastSquares
 from stickslip.records import AxisLog
 from stickslip.simulation import simulate
 from stickslip.tasks import surrogate

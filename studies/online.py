@@ -1,8 +1,8 @@
 """Coverage and fault recovery of the online estimators on the plant of the mismatch study.
 
-``python -m studies.online --runs 100`` prints two tables. The estimators get the true inertia and
-what a drive knows of its axis: encoder resolution, largest effort, highest speed. They do not get
-the force noise. The plant shares no code with `stickslip.simulation`.
+``python -m studies.online --runs 100`` prints two tables. The estimators get the true inertia,
+and the settings of a drive: encoder resolution, largest effort, highest speed. They do not get the
+force noise. The plant shares no code with `stickslip.simulation`.
 
 The recordings begin with seed 1000: the constants of the intervals were chosen on seeds below 100.
 
@@ -73,7 +73,7 @@ class Outcome:
 
 
 def estimator_for(name: str, recorded: Recorded, *, delay: float = 0.0) -> Estimator:
-    """Return one of `ESTIMATORS` with what a drive knows of the axis, and a delay [samples]."""
+    """Return one of `ESTIMATORS` with the settings of the drive, and a delay [samples]."""
     mass = recorded.setup.mass
     if name != "ekf":
         inertia = mass if name == "energy" else None

@@ -13,11 +13,7 @@ from multiprocessing import Pool
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation import (
-    NoiseLevels,
-    ProcessNoiseLikelihoodEstimator,
-    process_noise_bound,
-)
+from stickslip.estimation import NoiseLevels, ProcessNoiseLikelihoodEstimator, process_noise_bound
 from studies.mismatch.axes import physical
 from studies.mismatch.cases import Recorded, record
 

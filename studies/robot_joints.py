@@ -1,13 +1,12 @@
 """Friction of the joints of public arms, all of which move at once, beside published values.
 
 ``python -m studies.robot_joints --data DATA --extra EXTRA`` prints two tables. DATA has the folder
-``staubli_tx40`` of the tests; `FILES` has the origins of those of EXTRA. They are not part of the
+``staubli_tx40`` of the tests; robot_joints.toml lists the files of EXTRA, which are not part of the
 project. The published values are Coulomb and viscous friction, so that no term that bends the
 friction curve is selected here. The second table has the published method on the log of the UR10e,
 with and without samples near reversals.
 """
 
-import hashlib
 from argparse import ArgumentParser
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,100 +22,17 @@ from stickslip.records import AxisLog, FrictionEstimate
 from stickslip.tasks import axes_of_robot
 from studies.arm_regression import Chain, Friction, arm_friction
 from studies.markdown import table
-from studies.real_axes.sources import ExtraFile
+from studies.real_axes.sources import listed_files
 
 _BENDS = ("two-thirds", "quadratic", "stribeck", "low speed")
 _CLOSE = 0.1  # of a published value [-]
 _SLOWEST = 0.05  # of the largest speed of a joint: the axis slides above, with and without noise
 _MOTORS = 100.0  # Hz, of the low-pass of motor speeds, as published
-_TX40 = ("thanhndv212/figaroh-examples", "c0b5c7f0fda10078be55104f9ee76ac106b7a5ee")
-_UR10E = ("shamilmamedov/dynamic_calibration", "11af40e7deb758ec080a175fed8fcdd6c99aca29")
-_PANDA = ("marcocognetti/FrankaEmikaPandaDynModel", "24d85ce4e648e2e894c832bfeee9b16711eb1a1a")
-_PANDA_URDF = ("justagist/franka_panda_description", "62335618e7f141755524836c738efe9c01396440")
-_GEN3 = ("roahmlab/RAPTOR", "979a42d6135c51d8c4556a698b865f18cb0bbaaf")
-_RECORDED = "matlab/data/Exciting_Traj/Trajectory_1/rbt_log/exciting_traj_"
-_RUNS = "Examples/Kinova/SystemIdentification/IterativeSystemIdentification/full_params_data/"
-_RUNS_SHA256 = {
-    "t": (
-        "c34d31a3606d8bdfad53bc6a33c29c05c855462a7220868d2402d4cbc0f599d6",
-        "fb4509ca623f67cb4458f9c36ea7bf164bf7031dbe00a70311acf3d8a9545903",
-        "25593141e7f3ac57d608e02eb06381033784a52e30f798a8b15cc6ea4c122e74",
-        "d42745846bfdfacf289441124e0392d1f3629f917ac42e986f2c6c69ada90093",
-    ),
-    "q": (
-        "8ff1c151ca81b6f67eb4d8f971af786fba281d23959f2ec64477afaf2f57888c",
-        "e306f87d613b23b16f9339b026378b2fb73dcc80c7d0fc1f75d48dcc1a82a2b8",
-        "25bc73105d1d9b1c17b854ab3323899ce5e8bc1b168937c1e424dc4b10a7d2c6",
-        "33bce8f903fb085fde98dc4e25dd4e4b987c16839e637bd17aae1d7c8b55516e",
-    ),
-    "tau": (
-        "3c274f1851c80ea98ff33168807384081a0a8abb2358f28c9c18ae859907e372",
-        "431b897d9bf94b58f30c8d6b69c2ce7c6beb00cbb448e2bd209bfba757be3388",
-        "e8105fee25dad19f72bb30cc6958b2d2397e11d13f245d2574cdf371e670ef37",
-        "378b87d3cc0d04859806b9b06ee9a15ddb8079f8b233e68f6579db17f40cc0d3",
-    ),
-}
 _BETWEEN_RUNS = 2.0  # s, of the log that they make together
 _SCHEMA = Path(__file__).parents[1] / "examples" / "tx40.toml"
 
-FILES: Mapping[str, ExtraFile] = {
-    file: ExtraFile(file=file, repository=origin[0], commit=origin[1], path=path, sha256=digest)
-    for file, origin, path, digest in (
-        (
-            "tx40.urdf",
-            _TX40,
-            "examples/staubli_TX40/urdf/tx40_mdh_modified.urdf",
-            "3d00cbd46279c915d594b1bb4610dbac78d1e99ed27f95de70984bde13486074",
-        ),
-        (
-            "ur10e.urdf",
-            _UR10E,
-            "URe/urdf/ur10e.urdf",
-            "0d2abc6ebc70725c691a35aa6c2d03fd6e8158017a1b7da7a10a3ef52de7b821",
-        ),
-        (
-            "ur10e.csv",
-            _UR10E,
-            "dataset_ur10e/identification_data/ur-20_02_10-30sec_12harm.csv",
-            "341fff80f177be564c8720ea898165addfd46d7cbe6f3ffd8923eeaae0eef000",
-        ),
-        (
-            "panda.urdf",
-            _PANDA_URDF,
-            "robots/panda_arm.urdf",
-            "2c5198fa0d8e0bb583ede3b34f2b30dfc8243b13849ce543f94cda4035c607c6",
-        ),
-        (
-            "panda_time.txt",
-            _PANDA,
-            f"{_RECORDED}time.txt",
-            "031063612f297011dc005ab29830903e36f4bfeba77bce59c0fbde13620fb20d",
-        ),
-        (
-            "panda_positions.txt",
-            _PANDA,
-            f"{_RECORDED}positions.txt",
-            "50bf82a082c439aff8220e8142985c8dd783f7ddc1415987cd75c9efb88bcf69",
-        ),
-        (
-            "panda_torques.txt",
-            _PANDA,
-            f"{_RECORDED}torques.txt",
-            "11fda32785bb29ce444e14e0f45f4893aab7142dc6ee29576d828ab154852f9c",
-        ),
-        (
-            "gen3.urdf",
-            _GEN3,
-            "Robots/kinova-gen3/kinova.urdf",
-            "7be86d56bd722efb71f489d913f4f771a8f848cf910600e1cf2c2faec17b8296",
-        ),
-        *(
-            (f"gen3_{name}_{run}.csv", _GEN3, f"{_RUNS}{name}_downsampled_{run}.csv", digest)
-            for name, digests in _RUNS_SHA256.items()
-            for run, digest in enumerate(digests, 1)
-        ),
-    )
-}
+FILES = listed_files(Path(__file__).with_suffix(".toml"))
+"""The files of the folder EXTRA, by their names."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,13 +44,6 @@ class Published:
     coulomb: float
     viscous: float
     log: AxisLog
-
-
-def _checked(folder: Path, file: str) -> Path:
-    path = folder / file
-    if hashlib.sha256(path.read_bytes()).hexdigest() != FILES[file].sha256:
-        raise ValueError(f"{path} has another hash than {FILES[file].address}")
-    return path
 
 
 def _tx40(data: Path, extra: Path) -> Iterator[Published]:
@@ -154,7 +63,9 @@ def _tx40(data: Path, extra: Path) -> Iterator[Published]:
     for axis, position in moved.items():
         own = replace(schema.axes[axis], position=position)
         schema = replace(schema, axes={**schema.axes, axis: own})
-    logs = axes_of_robot(read_axes(data / "staubli_tx40", schema), _checked(extra, "tx40.urdf"))
+    logs = axes_of_robot(
+        read_axes(data / "staubli_tx40", schema), FILES["tx40.urdf"].checked(extra)
+    )
     yield from _published("TX40", logs, coulomb, viscous)
     five, six = logs["5"], logs["6"]
     if isinstance(five, AxisLog) and isinstance(six, AxisLog):
@@ -201,7 +112,7 @@ _UR10E_JOINTS = tuple(
 def _ur10e_log(extra: Path) -> dict[str, Float[np.ndarray, "..."]]:
     """Return the log behind the published values: file and rows of ``main.m``, published gains."""
     gains = np.array([10.0, 10.6956, 8.4566, 9.0029, 9.4800, 10.1232])  # N m/A
-    table = np.loadtxt(_checked(extra, "ur10e.csv"), delimiter=",")[634:3510]
+    table = np.loadtxt(FILES["ur10e.csv"].checked(extra), delimiter=",")[634:3510]
     return {
         "time": table[:, 0] - table[0, 0],
         "position": table[:, 1:7],
@@ -213,7 +124,7 @@ def _ur10e_log(extra: Path) -> dict[str, Float[np.ndarray, "..."]]:
 def _ur10e(extra: Path) -> Iterator[Published]:
     """Yield the joints with the published method over the samples in which they slide."""
     log = _ur10e_log(extra)
-    urdf = _checked(extra, "ur10e.urdf")
+    urdf = FILES["ur10e.urdf"].checked(extra)
     slides = arm_friction(Chain.of(urdf, _UR10E_JOINTS), **log, slowest=_SLOWEST)
     logs = axes_of_robot(_logs(log["time"], log["position"], log["effort"]), urdf)
     yield from _published("UR10e", logs, slides.coulomb.tolist(), slides.viscous.tolist())
@@ -221,7 +132,7 @@ def _ur10e(extra: Path) -> Iterator[Published]:
 
 def method_rows(extra: Path) -> Iterator[list[str]]:
     """Yield rows of the published friction of the UR10e, and of the published method on its log."""
-    log, chain = _ur10e_log(extra), Chain.of(_checked(extra, "ur10e.urdf"), _UR10E_JOINTS)
+    log, chain = _ur10e_log(extra), Chain.of(FILES["ur10e.urdf"].checked(extra), _UR10E_JOINTS)
     every, slides = (arm_friction(chain, **log, slowest=each) for each in (0.0, _SLOWEST))
     speed = np.median(np.abs(log["velocity"]), axis=0)
     published, found = (each.coulomb + each.viscous * speed for each in (_UR10E_FRICTION, slides))
@@ -247,14 +158,15 @@ def _gen3(extra: Path) -> Iterator[Published]:
     end = -_BETWEEN_RUNS
     for run in range(1, 5):
         read = {
-            name: np.loadtxt(_checked(extra, f"gen3_{name}_{run}.csv")) for name in _RUNS_SHA256
+            name: np.loadtxt(FILES[f"gen3_{name}_{run}.csv"].checked(extra))
+            for name in ("t", "q", "tau")
         }
         read["t"] += end + _BETWEEN_RUNS - read["t"][0]
         end = read["t"][-1]
         for name, values in read.items():
             columns[name].append(np.unwrap(values, axis=0) if name == "q" else values)
     every = [np.concatenate(parts) for parts in columns.values()]
-    logs = axes_of_robot(_logs(*every), _checked(extra, "gen3.urdf"))
+    logs = axes_of_robot(_logs(*every), FILES["gen3.urdf"].checked(extra))
     yield from _published("Gen3", logs, coulomb, viscous)
 
 
@@ -263,9 +175,9 @@ def _panda(extra: Path) -> Iterator[Published]:
     size = (0.54615, 0.87224, 0.64068, 1.2794, 0.83904, 0.30301, 0.56489)
     shift = (0.039533, 0.025882, -0.04607, 0.036194, 0.026226, -0.021047, 0.0035526)
     slope = (5.1181, 9.0657, 10.136, 5.5903, 8.3469, 17.133, 10.336)
-    time = np.loadtxt(_checked(extra, "panda_time.txt"))
+    time = np.loadtxt(FILES["panda_time.txt"].checked(extra))
     position, torque = (
-        np.loadtxt(_checked(extra, f"panda_{name}.txt")).reshape(-1, 7)
+        np.loadtxt(FILES[f"panda_{name}.txt"].checked(extra)).reshape(-1, 7)
         for name in ("positions", "torques")
     )
     new = np.concatenate(([True], np.diff(time) > 0))
@@ -277,7 +189,7 @@ def _panda(extra: Path) -> Iterator[Published]:
         speed = speed[np.abs(speed) > 0.02 * np.max(np.abs(speed))]
         friction = size[k] / (1.0 + np.exp(-slope[k] * (speed + shift[k])))
         coulomb[k], viscous[k] = _line(speed, friction)
-    logs = axes_of_robot(_logs(time, position, torque), _checked(extra, "panda.urdf"))
+    logs = axes_of_robot(_logs(time, position, torque), FILES["panda.urdf"].checked(extra))
     yield from _published("Panda", logs, coulomb.tolist(), viscous.tolist())
 
 

@@ -14,11 +14,7 @@ from rich import print as say
 from stickslip.tasks.parallel import in_parallel
 from studies.documentation.style import no_arguments
 from studies.van_de_wijdeven.conjunction.cases import EXACT, NOISY
-from studies.van_de_wijdeven.conjunction.contenders import (
-    FASTEST,
-    PIDTuning,
-    ZeroVibrationTuning,
-)
+from studies.van_de_wijdeven.conjunction.contenders import FASTEST, PIDTuning, ZeroVibrationTuning
 from studies.van_de_wijdeven.conjunction.random_arms import random_arms
 from studies.van_de_wijdeven.conjunction.scoring import rival_moves, score
 

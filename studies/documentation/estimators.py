@@ -32,7 +32,7 @@ from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
 from studies.documentation.style import DOCS
-from studies.markdown import table
+from studies.markdown import table, with_table
 
 PAGE = DOCS / "theory" / "estimators.md"
 RUNS, MANY = 40, 200
@@ -406,14 +406,6 @@ def name_of(estimator: Estimator) -> str:
     return str(getattr(estimator, "name", ""))
 
 
-def write(page: str, title: str, text: str) -> str:
-    """Return the page with the text between the marks of one table replaced."""
-    begin, end = f"% begin {title}\n", f"% end {title}\n"
-    before, rest = page.split(begin)
-    _, after = rest.split(end)
-    return f"{before}{begin}\n{text}\n{end}{after}"
-
-
 def main() -> None:
     """Make all tables, or those that are named."""
     parts = {
@@ -425,7 +417,8 @@ def main() -> None:
     }
     for title in sys.argv[1:] or parts:
         made = parts[title]()
-        PAGE.write_text(write(PAGE.read_text(encoding="utf-8"), title, made), encoding="utf-8")
+        page = with_table(PAGE.read_text(encoding="utf-8"), title, made)
+        PAGE.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Make docs/theory/limits.md, how near estimators come to what a log can tell.
+"""Make docs/theory/limits.md, how near estimators come to the bound of a log.
 
     python -m studies.documentation.limits [--runs N]
 
@@ -16,7 +16,7 @@ from stickslip.records import EstimatorScore, EstimatorStudy, ParameterScore
 from stickslip.scenario import StudyFile, read_study
 from stickslip.tasks import compare_scenario
 from studies.documentation.style import DOCS
-from studies.markdown import table
+from studies.markdown import table, with_table
 
 RUNS = 400
 SCENARIOS = DOCS.parent / "examples" / "comparisons"
@@ -93,7 +93,7 @@ def _cells(score: ParameterScore) -> list[str]:
 
 
 def rows(title: str, study: EstimatorStudy) -> list[list[str]]:
-    """Return the rows of one case, what repeats said once."""
+    """Return the rows of one case, what repeats stated once."""
     made: list[list[str]] = []
     for score in study.applied:
         name = score.name + (" \\*" if score.assumes_inertia else "")
@@ -126,17 +126,12 @@ def main(runs: int) -> None:
                 progress=lambda done, _, task=task: shown.update(task, completed=done),
             )
             body += rows(case.title, study)
-    text = (DOCS / "theory" / "limits.md").read_text(encoding="utf-8")
-    opening = text[: text.index("% begin table")]
-    closing = text[text.index("% end table") :]
     made = (
         f"{runs} runs each (`python -m studies.documentation.limits`). Errors are in % of the "
-        "truth.\n\n"
+        "truth.\n\n" + table(head, body)
     )
-    made += table([*head], body)
-    (DOCS / "theory" / "limits.md").write_text(
-        f"{opening}% begin table\n\n{made}\n{closing}", encoding="utf-8"
-    )
+    page = DOCS / "theory" / "limits.md"
+    page.write_text(with_table(page.read_text(encoding="utf-8"), "table", made), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -14,12 +14,7 @@ from rich import print as say
 from studies.documentation.style import DOCS, no_arguments
 from studies.markdown import table
 from studies.van_de_wijdeven.part_b.contenders import HOW_TUNED, PID_TUNINGS
-from studies.van_de_wijdeven.part_b.pid_tuning import (
-    FASTEST,
-    LEAST_MARGIN,
-    PIDTuning,
-    tune,
-)
+from studies.van_de_wijdeven.part_b.pid_tuning import FASTEST, LEAST_MARGIN, PIDTuning, tune
 from studies.van_de_wijdeven.part_b.random_axes import random_axes
 from studies.van_de_wijdeven.records import ControllerScore
 

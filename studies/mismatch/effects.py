@@ -54,7 +54,28 @@ class Effect:
 
 
 def _setting(**values: Any) -> Effect:
-    return Effect(change=lambda setup, _rng: replace(setup, **values))
+    """Return an effect that sets fields of the setup, in their order.
+
+    A callable draws its value.
+    """
+
+    def change(setup: Setup, rng: Rng) -> Setup:
+        drawn = {name: each(rng) if callable(each) else each for name, each in values.items()}
+        return replace(setup, **drawn)
+
+    return Effect(change=change)
+
+
+def _uniform(low: float, high: float) -> Callable[[Rng], float]:
+    return lambda rng: rng.uniform(low, high)
+
+
+def _uniform_either_sign(low: float, high: float) -> Callable[[Rng], float]:
+    return lambda rng: rng.uniform(low, high) * _sign(rng)
+
+
+def _log_uniform(low: float, high: float) -> Callable[[Rng], float]:
+    return lambda rng: float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def _noise(factor: float) -> Effect:
@@ -68,12 +89,6 @@ def _sign(rng: Rng) -> float:
 # Friction and loads.
 
 
-def _stribeck(setup: Setup, rng: Rng) -> Setup:
-    return replace(
-        setup, static=1.5, stribeck=float(np.exp(rng.uniform(np.log(0.02), np.log(0.1))))
-    )
-
-
 def _presliding(setup: Setup, rng: Rng) -> Setup:
     # 2 to 50 µm on a stage of 0.3 m; the same part of the travel on a servo.
     size = float(np.exp(rng.uniform(np.log(2e-6), np.log(50e-6))))
@@ -81,44 +96,10 @@ def _presliding(setup: Setup, rng: Rng) -> Setup:
     return replace(setup, presliding=size * scale, presliding_damping=rng.uniform(0.1, 0.7))
 
 
-def _asymmetry(setup: Setup, rng: Rng) -> Setup:
-    return replace(
-        setup,
-        coulomb_skew=rng.uniform(0.02, 0.1) * _sign(rng),
-        viscous_skew=rng.uniform(0.0, 0.1) * _sign(rng),
-    )
-
-
-def _spring(setup: Setup, rng: Rng) -> Setup:
-    return replace(setup, spring=rng.uniform(0.1, 1.0))
-
-
 def _pendulum(setup: Setup, rng: Rng) -> Setup:
     setup = with_speed(setup, 2.0, 8.0, rng)
     angle = rng.uniform(0.0, 2 * np.pi)
     return replace(setup, gravity=rng.uniform(0.1, 1.0), gravity_angle=angle)
-
-
-def _dwell(setup: Setup, rng: Rng) -> Setup:
-    return replace(
-        setup,
-        dwell=rng.uniform(1.2, 1.6),
-        dwell_time=rng.uniform(0.05, 0.3),
-        stribeck=float(np.exp(rng.uniform(np.log(0.01), np.log(0.04)))),
-    )
-
-
-def _ripple(setup: Setup, rng: Rng) -> Setup:
-    return replace(
-        setup,
-        ripple=rng.uniform(0.05, 0.3),
-        ripple_waves=rng.uniform(4.0, 15.0),
-        ripple_phase=rng.uniform(0.0, 2 * np.pi),
-    )
-
-
-def _constant_load(setup: Setup, rng: Rng) -> Setup:
-    return replace(setup, offset=rng.uniform(0.5, 2.0) * _sign(rng))
 
 
 def _resonance(setup: Setup, rng: Rng) -> Setup:
@@ -131,29 +112,6 @@ def _resonance(setup: Setup, rng: Rng) -> Setup:
         resonance_damping=rng.uniform(0.02, 0.08),
         bandwidth=min(setup.bandwidth, resonance * np.sqrt(1 - share) / 4.0),
     )
-
-
-def _backlash(setup: Setup, rng: Rng) -> Setup:
-    return replace(
-        setup,
-        load_share=rng.uniform(0.3, 0.5),
-        resonance=rng.uniform(100.0, 200.0),
-        resonance_damping=rng.uniform(0.1, 0.3),
-        backlash=rng.uniform(2e-4, 2e-3),
-        load_friction=rng.uniform(0.3, 0.6),
-    )
-
-
-def _correlated(correlation: float) -> Effect:
-    return Effect(
-        change=lambda setup, rng: replace(
-            setup, correlation=correlation, correlated_disturbance=rng.uniform(0.03, 0.1)
-        )
-    )
-
-
-def _white(setup: Setup, rng: Rng) -> Setup:
-    return replace(setup, white_disturbance=rng.uniform(0.003, 0.01))
 
 
 # Motion.
@@ -172,18 +130,6 @@ def _short(duration: float) -> Effect:
         )
 
     return Effect(change=change)
-
-
-def _sine(setup: Setup, rng: Rng) -> Setup:
-    return replace(setup, pattern="sine", sine_frequency=rng.uniform(0.3, 1.0))
-
-
-def _steps(setup: Setup, rng: Rng) -> Setup:
-    return replace(setup, pattern="steps", bandwidth=rng.uniform(2.0, 3.0))
-
-
-def _one_direction(setup: Setup, _rng: Rng) -> Setup:
-    return replace(setup, pattern="one_direction")
 
 
 # The drive and its log.
@@ -207,11 +153,6 @@ def _with_logging_delay(columns: Columns, setup: Setup, _rng: Rng) -> Columns:
     delayed = np.concatenate((np.full(whole + 1, columns.effort[0]), columns.effort))
     n = columns.effort.size
     return replace(columns, effort=(1 - part) * delayed[1 : n + 1] + part * delayed[:n])
-
-
-def _saturated(setup: Setup, rng: Rng) -> Setup:
-    # A soft loop, so that the command exceeds the limit by some times and not by tens of times.
-    return replace(setup, use=rng.uniform(1.1, 1.4), bandwidth=rng.uniform(3.0, 5.0))
 
 
 def _log_command(columns: Columns, _setup: Setup, _rng: Rng) -> Columns:
@@ -291,10 +232,6 @@ def _wrapped(columns: Columns, _setup: Setup, _rng: Rng) -> Columns:
 # Time stamps.
 
 
-def _jittered(setup: Setup, rng: Rng) -> Setup:
-    return replace(setup, jitter=rng.uniform(0.02, 0.1))
-
-
 def _nominal_stamps(columns: Columns, _setup: Setup, _rng: Rng) -> Columns:
     return replace(columns, time=CYCLE * np.arange(columns.time.size))
 
@@ -362,42 +299,61 @@ def _scaled_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
     return replace(columns, velocity=1.03 * _noisy_velocity(columns, setup, rng))
 
 
+_JITTER = _setting(jitter=_uniform(0.02, 0.1))
+
 EFFECTS: dict[str, Effect] = {
     "no_noise": _setting(noise=0.0),
     "noise_half": _noise(0.5),
     "noise_double": _noise(2.0),
     "noise_fourfold": _noise(4.0),
     "little_noise": _noise(0.3),
-    "stribeck": Effect(change=_stribeck),
+    "stribeck": _setting(static=1.5, stribeck=_log_uniform(0.02, 0.1)),
     "presliding": Effect(change=_presliding),
-    "asymmetry": Effect(change=_asymmetry),
-    "spring": Effect(change=_spring),
+    "asymmetry": _setting(
+        coulomb_skew=_uniform_either_sign(0.02, 0.1), viscous_skew=_uniform_either_sign(0.0, 0.1)
+    ),
+    "spring": _setting(spring=_uniform(0.1, 1.0)),
     "pendulum": Effect(change=_pendulum),
     "friction_drift": _setting(friction_drift=-0.2 / 0.9),
     "gain_drift": _setting(gain_drift=-0.1 / 0.95),
-    "dwell": Effect(change=_dwell),
-    "quadratic": Effect(change=lambda setup, rng: replace(setup, quadratic=rng.uniform(0.3, 1.0))),
+    "dwell": _setting(
+        dwell=_uniform(1.2, 1.6), dwell_time=_uniform(0.05, 0.3), stribeck=_log_uniform(0.01, 0.04)
+    ),
+    "quadratic": _setting(quadratic=_uniform(0.3, 1.0)),
     "two_thirds": Effect(
         change=lambda setup, _rng: replace(setup, two_thirds=setup.viscous, viscous=0.0)
     ),
-    "ripple": Effect(change=_ripple),
-    "constant_load": Effect(change=_constant_load),
+    "ripple": _setting(
+        ripple=_uniform(0.05, 0.3),
+        ripple_waves=_uniform(4.0, 15.0),
+        ripple_phase=_uniform(0.0, 2 * np.pi),
+    ),
+    "constant_load": _setting(offset=_uniform_either_sign(0.5, 2.0)),
     "resonance": Effect(change=_resonance),
-    "backlash": Effect(change=_backlash),
-    "correlated_098": _correlated(0.98),
-    "correlated_0998": _correlated(0.998),
-    "white_force": Effect(change=_white),
+    "backlash": _setting(
+        load_share=_uniform(0.3, 0.5),
+        resonance=_uniform(100.0, 200.0),
+        resonance_damping=_uniform(0.1, 0.3),
+        backlash=_uniform(2e-4, 2e-3),
+        load_friction=_uniform(0.3, 0.6),
+    ),
+    "correlated_098": _setting(correlation=0.98, correlated_disturbance=_uniform(0.03, 0.1)),
+    "correlated_0998": _setting(correlation=0.998, correlated_disturbance=_uniform(0.03, 0.1)),
+    "white_force": _setting(white_disturbance=_uniform(0.003, 0.01)),
     "short_1s": _short(1.0),
     "short_2s": _short(2.0),
     "single_speed": _setting(speeds=(1.0,)),
-    "sine": Effect(change=_sine),
-    "steps": Effect(change=_steps),
-    "one_direction": Effect(change=_one_direction),
+    "sine": _setting(pattern="sine", sine_frequency=_uniform(0.3, 1.0)),
+    "steps": _setting(pattern="steps", bandwidth=_uniform(2.0, 3.0)),
+    "one_direction": _setting(pattern="one_direction"),
     "delay_0_5": _delay(0.5),
     "delay_1": _delay(1.0),
     "delay_2": _delay(2.0),
     "delay_5": _delay(5.0),
-    "saturated": Effect(change=_saturated, distort=_log_command),
+    # A soft loop, so that the command exceeds the limit by some times and not by tens of times.
+    "saturated": replace(
+        _setting(use=_uniform(1.1, 1.4), bandwidth=_uniform(3.0, 5.0)), distort=_log_command
+    ),
     "clipped": Effect(distort=_clipped),
     "clipped_in_noise": Effect(distort=_clipped_in_noise),
     "spikes": Effect(distort=_spikes),
@@ -412,8 +368,8 @@ EFFECTS: dict[str, Effect] = {
     "units": Effect(distort=_units),
     "glitches": Effect(distort=_glitches),
     "wrapped": Effect(distort=_wrapped),
-    "jitter": Effect(change=_jittered),
-    "nominal_stamps": Effect(change=_jittered, distort=_nominal_stamps),
+    "jitter": _JITTER,
+    "nominal_stamps": replace(_JITTER, distort=_nominal_stamps),
     "noisy_stamps": Effect(distort=_noisy_stamps),
     "grouped_stamps": Effect(distort=_grouped_stamps),
     "lost_samples": Effect(distort=_lost),
@@ -424,8 +380,6 @@ EFFECTS: dict[str, Effect] = {
     "velocity_differentiated": Effect(distort=_differentiated_velocity),
     "velocity_scaled": Effect(distort=_scaled_velocity),
     "mass_known": _setting(known_mass=1.0),
-    "mass_wrong": Effect(
-        change=lambda setup, rng: replace(setup, known_mass=1.0 + 0.1 * _sign(rng))
-    ),
+    "mass_wrong": _setting(known_mass=lambda rng: 1.0 + 0.1 * _sign(rng)),
 }
 """Every effect by name."""

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from time import perf_counter
 from typing import Any
 
@@ -96,15 +96,7 @@ def judge(found: Identification, recorded: Recorded) -> dict[str, Any]:
         else not estimate.selection.selected,
         "notes": list(estimate.diagnostics.notes),
         "parameters": {
-            name: {
-                "value": p.value,
-                "low": p.low,
-                "high": p.high,
-                "truth": p.truth,
-                "error": p.error,
-                "covered": p.covered,
-                "critical": p.critical,
-            }
+            name: asdict(p) | {"covered": p.covered, "critical": p.critical}
             for name, p in judged.items()
         },
         "unjudged": unjudged,

@@ -59,9 +59,9 @@ def _judged(drawn: Sequence[Axis], shortest: Sequence[float], case: Case) -> str
         return f"{reasons[0][1]}: {reasons[0][0]}" if reasons else "no reason"
     median, most = np.quantile(late, [0.5, 0.9], method="higher")
     wrong = sum(o.false for o in outcomes)
-    said = f", {wrong} wrong" if wrong else ""
+    errors = f", {wrong} wrong" if wrong else ""
     shown = [f"{x:.1f}" if np.isfinite(x) else "–" for x in (median, most)]
-    return f"{inside.sum()}: {shown[0]} ({shown[1]}){said}"
+    return f"{inside.sum()}: {shown[0]} ({shown[1]}){errors}"
 
 
 def _unheld(axis: Axis, case: Case) -> bool:

@@ -6,13 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from studies.real_axes.reference import (
-    PLAIN_TERMS,
-    FilteredLog,
-    MotionRows,
-    find_delay,
-    fit_rows,
-)
+from studies.real_axes.reference import PLAIN_TERMS, FilteredLog, MotionRows, find_delay, fit_rows
 
 CANDIDATES: Mapping[str, tuple[str, ...]] = {
     "gravity": ("gravity_sine", "gravity_cosine"),

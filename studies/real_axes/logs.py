@@ -16,7 +16,7 @@ from scipy.io import loadmat
 
 from stickslip.records import AxisLog
 from studies.real_axes.reference import PLAIN_TERMS, FilteredLog
-from studies.real_axes.sources import EXTRA_FILES, checked
+from studies.real_axes.sources import EXTRA_FILES
 
 _GRAVITY = (*PLAIN_TERMS, "gravity_sine", "gravity_cosine")
 
@@ -94,7 +94,11 @@ def load_extra_logs(folder: Path) -> tuple[list[RealLog], list[str]]:
     ValueError
         If a file is another one than `sources` names.
     """
-    found = {file: path for file in EXTRA_FILES if (path := checked(folder, file)) is not None}
+    found = {
+        file: each.checked(folder)
+        for file, each in EXTRA_FILES.items()
+        if (folder / file).is_file()
+    }
     missing = [file for file in EXTRA_FILES if file not in found]
     logs = [log for file, path in found.items() if (log := _extra_log(file, path)) is not None]
     panda = {file: path for file, path in found.items() if file.startswith("panda/")}

@@ -27,7 +27,7 @@ from stickslip.estimation import (
 )
 from stickslip.logs import read_log
 from stickslip.records import AxisLog, FrictionEstimate
-from studies.markdown import table
+from studies.markdown import table, with_table
 from studies.real_logs.laws import DIRECTIONS, PUBLISHED, AxisLaw
 from studies.real_logs.motion import smooth_motion
 from studies.real_logs.wrist import fit_coupled_joints
@@ -240,14 +240,6 @@ def run_figure(found: Emps, folder: Path) -> None:
     figure.savefig(folder / "real-logs-free-run.png", dpi=120)
 
 
-def written(page: str, title: str, text: str) -> str:
-    """Return the page with the text between the marks of one table replaced."""
-    begin, end = f"% begin {title}\n", f"% end {title}\n"
-    before, rest = page.split(begin)
-    _, after = rest.split(end)
-    return f"{before}{begin}\n{text}\n{end}{after}"
-
-
 def main() -> None:
     """Make the tables and the figures."""
     parser = ArgumentParser(prog="python -m studies.real_logs", description=__doc__.split("\n")[0])
@@ -263,7 +255,7 @@ def main() -> None:
     }
     page = given.page.read_text(encoding="utf-8")
     for title, text in parts.items():
-        page = written(page, title, text)
+        page = with_table(page, title, text)
     given.page.write_text(page, encoding="utf-8")
     law_figure(found, given.figures)
     run_figure(found, given.figures)

@@ -102,7 +102,7 @@ class AxisLaw:
         return positions
 
     def _simulated(self) -> CoulombViscousFriction:
-        """Return the part of the law that the simulator knows."""
+        """Return the part of the law that the simulator has."""
         values: dict[str, float] = {}
         for side in _SIDES:
             for name in ("coulomb_friction", "viscous_friction"):

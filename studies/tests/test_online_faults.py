@@ -17,15 +17,7 @@ from stickslip.numerics.named_fields import fields_at
 from stickslip.plants import SingleMass
 from stickslip.simulation import simulate
 from studies.mismatch.cases import record
-from studies.online import (
-    ESTIMATORS,
-    FAULTS,
-    Outcome,
-    estimator_for,
-    outcome_of,
-    samples_of,
-    study,
-)
+from studies.online import ESTIMATORS, FAULTS, Outcome, estimator_for, outcome_of, samples_of, study
 
 pytestmark = pytest.mark.slow
 

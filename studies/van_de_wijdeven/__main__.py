@@ -15,15 +15,11 @@ from rich.console import Console
 
 from stickslip.cli.arguments import folder, whole_number
 from stickslip.cli.terminal import console_on, one_line, progress_bar, reader_may_leave, say
+from stickslip.presentation.table import Table, print_table
 from stickslip.records import InputError, StickslipError
 from studies import van_de_wijdeven as parts
-from studies.van_de_wijdeven import tables
-from studies.van_de_wijdeven.records import (
-    Claim,
-    ConjunctionReproduction,
-    EnergyReproduction,
-    PulseReproduction,
-)
+from studies.van_de_wijdeven.page import own_sections
+from studies.van_de_wijdeven.records import Claim
 
 _COMMAND = "python -m studies.van_de_wijdeven"
 _RUNS, _AXES, _ARMS = 20, 400, 2
@@ -126,20 +122,10 @@ def _print(console: Console, result: parts.Reproduced) -> None:
     reproduction = result.reproduction
     console.print(reproduction.setting)
     console.print()
-    match reproduction:
-        case EnergyReproduction():
-            console.print(tables.five_runs(reproduction))
-            console.print(tables.variants(reproduction))
-        case PulseReproduction():
-            console.print(tables.printed_numbers(reproduction))
-            console.print(tables.carried_runs(reproduction))
-            console.print(tables.controller_scores(reproduction))
-        case ConjunctionReproduction():
-            console.print(tables.reference_series(reproduction))
-            console.print(tables.friction_errors(reproduction))
-            console.print(tables.landing_scores(reproduction))
-        case _:
-            pass
+    for section in own_sections(reproduction):
+        for block in section.blocks:
+            if isinstance(block, Table) and block.style != "options":
+                print_table(console, block)
     _print_claims(console, reproduction.claims)
     console.print()
     console.print(f"Page     {result.page}", soft_wrap=True)

@@ -1,6 +1,6 @@
 """Claims as data: the quantities that decide a claim, with their limits, and the verdict."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import Generic, TypeVar
@@ -25,15 +25,14 @@ class Quantity(Generic[Evidence]):
     high: float = inf
 
 
-@dataclass(frozen=True)
 class Row(Generic[Evidence]):
-    """A claim of the source: a name for it, what the source says where, and what decides it."""
+    """A claim of the source: its name, where it says what, the reason, and what decides it."""
 
-    name: str
-    place: str
-    statement: str
-    quantities: tuple[Quantity[Evidence], ...]
-    why: str
+    def __init__(
+        self, name: str, place: str, statement: str, why: str, *quantities: Quantity[Evidence]
+    ) -> None:
+        self.name, self.place, self.statement, self.why = name, place, statement, why
+        self.quantities = quantities
 
 
 def judged(row: Row[Evidence], evidence: Evidence) -> Claim:
@@ -41,9 +40,7 @@ def judged(row: Row[Evidence], evidence: Evidence) -> Claim:
     measures: list[Measure] = []
     for each in row.quantities:
         found = each.measure(evidence)
-        cases: Iterable[tuple[str, float]] = (
-            found.items() if isinstance(found, Mapping) else [(ONLY, found)]
-        )
+        cases = found if isinstance(found, Mapping) else {ONLY: found}
         measures += [
             Measure(
                 case=case,
@@ -53,7 +50,7 @@ def judged(row: Row[Evidence], evidence: Evidence) -> Claim:
                 low=each.low,
                 high=each.high,
             )
-            for case, value in cases
+            for case, value in cases.items()
         ]
     return Claim(
         name=row.name,

@@ -30,19 +30,6 @@ class Reproduced:
     pictures: tuple[Path, ...]  #: One PNG file a figure.
 
 
-def checked_workers(workers: int | None) -> int:
-    """Return how many pieces of work are worked on at once; None takes one for each processor.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
-    if workers is None:
-        return os.cpu_count() or 1
-    return whole("workers", workers, least=1)
-
-
 def counted(progress: Progress, pieces: int) -> Callable[[], None]:
     """Return a function to call after each piece of work, which reports how many are done."""
     done = count(1)
@@ -50,20 +37,30 @@ def counted(progress: Progress, pieces: int) -> Callable[[], None]:
 
 
 def write_reproduction(
-    folder: Path | str, name: str, compute: Callable[[], Reproduction]
+    folder: Path | str,
+    name: str,
+    compute: Callable[[int, int, Progress], Reproduction],
+    *,
+    seed: int,
+    workers: int | None,
+    progress: Progress | None,
 ) -> Reproduced:
     """Compute a reproduction and write its page, its numbers and its pictures, all or none.
 
     The folder is made if it is missing; that files can be written there is found out before
     anything is computed. ``name`` is that of the page and of the numbers, without their endings.
+    ``compute`` takes the seed, the number of processes (None takes one for each processor) and the
+    progress; a bad seed or number is an InputError.
     """
+    seed = whole("seed", seed)
+    processes = (os.cpu_count() or 1) if workers is None else whole("workers", workers, least=1)
     if not str(folder):
         raise InputError("missing", name="out", unit="")
     place, page, numbers = Path(folder), f"{name}.html", f"{name}.json"
     with files_at_once(place, what="the reproduction") as scratch:
         for each in (page, numbers):
             check_output(place / each, what="the reproduction")
-        reproduction = compute()
+        reproduction = compute(seed, processes, progress or (lambda _done, _all: None))
         drawn = {each.number: picture(each) for each in reproduction.figures}
         for figure in reproduction.figures:
             (scratch / figure.file_name).write_bytes(drawn[figure.number])

@@ -74,9 +74,9 @@ def test_ctrl_c_is_one_line(two_axes, delay):
         time.sleep(0.01)
     time.sleep(delay)
     os.killpg(running.pid, signal.SIGINT)  # as a terminal does: to all processes of the group
-    output, said = running.communicate(timeout=60)
+    output, messages = running.communicate(timeout=60)
     assert (running.returncode, output) == (130, "")
-    lines = [line for line in said.splitlines() if "compiling the kernels" not in line]
+    lines = [line for line in messages.splitlines() if "compiling the kernels" not in line]
     assert lines == ["stickslip: interrupted; nothing was left half-written"]
     assert not any(Path(f"/proc/{each}").exists() for each in workers)
 

@@ -17,7 +17,7 @@ PROGRAM = (sys.executable, "-m", "stickslip")
 
 
 NOTICE = "compiling the kernels"
-"""Said by whichever process is the first to use them, so it may stand before what is tested."""
+"""Printed by the first process that uses them, so it may stand before what is tested."""
 
 
 def without_notice(text: str) -> list[str]:
@@ -62,19 +62,19 @@ def test_closed_pipe_is_no_error(arguments: list[str], good_log: Path) -> None:
         text=True,
     )
     running.stdout.close()
-    said = running.stderr.read()
+    messages = running.stderr.read()
     running.stderr.close()
     assert running.wait(timeout=120) == 0
     for word in ("Traceback", "Broken", "Exception"):
-        assert word not in said
-    assert not [line for line in without_notice(said) if line.startswith("stickslip: ")]
+        assert word not in messages
+    assert not [line for line in without_notice(messages) if line.startswith("stickslip: ")]
 
 
 def test_closed_pipe_of_the_help_is_no_error() -> None:
     running = subprocess.Popen([*PROGRAM, "--help"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     running.stdout.close()
-    _, said = running.communicate(timeout=120)
-    assert (running.returncode, said) == (0, b"")
+    _, messages = running.communicate(timeout=120)
+    assert (running.returncode, messages) == (0, b"")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")

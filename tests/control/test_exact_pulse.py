@@ -113,7 +113,7 @@ def test_a_breakaway_guessed_far_too_high_is_not_believed_for_ever(static, share
     run = run_pulses(PLANT, controller, sampling_time=T, duration=20.0)
     assert run.outcome is REACHED
     assert len(run.pulses) <= 10
-    # As it is believed, hardly any force is left to move it, and a first pulse made to cover the
+    # By the first guess, hardly any force is left to move it, and a first pulse made to cover the
     # whole way with that would throw it fifteen times as far
     assert run.run.motion.position.max() < 0.02
 
@@ -154,7 +154,7 @@ def test_the_effort_stays_within_its_limit_and_the_estimates_positive(
     seed, limit, uncertain, tolerance
 ):
     (axis,) = random_axes(np.random.default_rng(seed), 1)
-    most = limit * axis.believed_friction.static_friction_positive
+    most = limit * axis.guessed_friction.static_friction_positive
     controller = controller_for(
         axis, effort_limit=most, friction_uncertainty=uncertain, tolerance=tolerance
     )
@@ -300,8 +300,8 @@ def test_guesses_far_off_cost_pulses_but_not_the_target():
     ],
 )
 def test_odd_first_beliefs_still_lead_to_the_target(settings):
-    told = {"tolerance": 1.9e-5, "rest": ENCODER, "position_noise": SAMPLE_NOISE, **settings}
-    controller = replace(CONTROLLER, **told)
+    changed = {"tolerance": 1.9e-5, "rest": ENCODER, "position_noise": SAMPLE_NOISE, **settings}
+    controller = replace(CONTROLLER, **changed)
     run = run_pulses(
         PLANT,
         controller,

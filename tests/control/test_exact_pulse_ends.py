@@ -66,7 +66,7 @@ def unsteady(share, seed, *, mass=150.0):
 
 
 def assert_ended(controller, efforts, state, *, first_error=0.01):
-    """Check that it has ended, said so, and stayed silent for the last half of the time."""
+    """Check that it has ended, reported so, and stayed silent for the last half of the time."""
     outcome = controller.outcome(state)
     assert outcome in (REACHED, STOPPED)
     assert (controller.why(state) is None) is (outcome is REACHED)

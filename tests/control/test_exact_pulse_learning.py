@@ -241,13 +241,13 @@ def test_the_breakaway_interval_holds_the_truth():
             for side in range(2):
                 own = at.own_fields(state)
                 low, high = own.held[side], own.moved_at[side]
-                believed = own.breakaway[side]
+                estimated = own.breakaway[side]
                 assert low <= truth[side] * (1.0 + ABOVE_TRUTH)
                 assert high >= truth[side] or high == axis.effort_limit
                 held += low > law.coulomb_friction_positive * 1.01
                 freed += high < axis.effort_limit
                 if controller.pulse_count(state) and freed:
-                    assert believed >= low * (1.0 - ABOVE_TRUTH)
+                    assert estimated >= low * (1.0 - ABOVE_TRUTH)
     assert held > 0
     assert freed > 0
 
@@ -363,10 +363,10 @@ def test_what_was_saved_with_no_uncertainty_at_all_is_still_followed():
     assert run.outcome is PositioningOutcome.REACHED
 
 
-@pytest.mark.parametrize("believed", [310.0, 1000.0, 1e4])
-def test_friction_believed_above_the_limit_is_found_to_be_below(believed):
+@pytest.mark.parametrize("estimated", [310.0, 1000.0, 1e4])
+def test_friction_estimated_above_the_limit_is_found_to_be_below(estimated):
     names = ("coulomb_friction_positive", "static_friction_positive")
-    values = {**learned().values, **dict.fromkeys(names, believed)}
+    values = {**learned().values, **dict.fromkeys(names, estimated)}
     controller = replace(CONTROLLER.resumed(replace(learned(), values=values)), tolerance=1e-5)
     run = run_pulses(PLANT, controller, sampling_time=T, duration=5.0)
     assert run.outcome is PositioningOutcome.REACHED

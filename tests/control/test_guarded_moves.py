@@ -45,7 +45,7 @@ class Moved:
 def guarded(
     limit: float, *, target: float = WAY, margin: float = 1.0, noise: float = 0.0
 ) -> GuardedController:
-    """Return `precise`, which knows the mass and nothing of the friction."""
+    """Return `precise` with the mass given, and nothing of the friction."""
     friction = PreciseController.unknown_friction(mass=MASS, effort_limit=limit, distance=WAY)
     rest = RestDetection.for_encoder(resolution=STEP, noise=noise, samples=10)
     pulses = ExactPulseController(

@@ -327,13 +327,13 @@ def test_a_new_target_keeps_the_integral() -> None:
         ),
     ],
 )
-def test_settings_out_of_range_are_told(changes: dict[str, object], code: str) -> None:
+def test_settings_out_of_range_are_refused(changes: dict[str, object], code: str) -> None:
     with refuses(code, of=changes):
         plain(**changes)
 
 
 @pytest.mark.parametrize(("bandwidth", "margin"), [(16.0, 60.0), (50.0, 10.0), (60.0, 10.0)])
-def test_a_loop_that_cannot_be_shaped_is_told(bandwidth: float, margin: float) -> None:
+def test_a_loop_that_cannot_be_shaped_is_refused(bandwidth: float, margin: float) -> None:
     with refuses("bandwidth_too_high", sampling_time=0.01):
         PIDController.for_mass(
             sampling_time=T, target=0.0, mass=MASS, bandwidth=bandwidth, effort_limit=1.0,
@@ -342,14 +342,14 @@ def test_a_loop_that_cannot_be_shaped_is_told(bandwidth: float, margin: float) -
 
 
 @pytest.mark.usefixtures("without_shape_checks")
-def test_words_and_parts_that_are_none_of_the_known_are_told() -> None:
+def test_words_and_parts_that_are_none_of_the_known_are_refused() -> None:
     with refuses("not_a_choice", name="velocity", value="guessed"):
         plain(velocity="guessed")
     with refuses("wrong_type", name="reset", found="Dither"):
         plain(reset=Dither(amplitude=1.0, frequency=1.0, shape="sine"))
 
 
-def test_parts_out_of_range_are_told() -> None:
+def test_parts_out_of_range_are_refused() -> None:
     with refuses("not_positive", name="amplitude", value=0.0):
         Dither(amplitude=0.0, frequency=1.0, shape="sine")
     with refuses("not_positive", name="frequency", value=-1.0):

@@ -117,10 +117,10 @@ def test_a_new_target_in_motion_is_gone_to_without_a_stop() -> None:
 @pytest.mark.parametrize("target", [0.01, -0.003, 0.1])
 @pytest.mark.parametrize("wrong", [0.8, 1.0, 1.2])
 def test_it_rests_within_the_tolerance_and_stays(target: float, wrong: float) -> None:
-    believed = CoulombViscousFriction.symmetric(
+    guessed = CoulombViscousFriction.symmetric(
         coulomb_friction=100.0 * wrong, static_friction=130.0 * wrong, viscous_friction=700.0
     )
-    servo = replace(SERVO, target=target, friction=believed)
+    servo = replace(SERVO, target=target, friction=guessed)
     run = simulate_closed_loop(
         SingleMass(mass=150.0, friction=LAW),
         servo,

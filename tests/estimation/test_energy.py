@@ -86,7 +86,7 @@ def test_the_mass_is_one_more_parameter(clean_arm: AxisLog) -> None:
     ("settings", "largest_spread"),
     [
         # Levels of measured energies reach 0.6 and 1.0 % at best; the Cramer-Rao bound is 0.011 and
-        # 0.015 % for who also knows when the first mass sticks
+        # 0.015 % if the times at which the first mass sticks are known too
         (
             {"inertia": 1.0, "offset": False},
             {"coulomb_friction": 0.0007, "viscous_friction": 0.0016},

@@ -106,7 +106,7 @@ def test_where_steps_to_the_delay_begin(
 
 
 def named(log: AxisLog, effort: Float[np.ndarray, " n"]) -> bool:
-    """Return whether the effort is said to lack its sign, in a result that cannot be trusted."""
+    """Return whether a result that cannot be trusted reports that the effort lacks its sign."""
     estimate = SelectedModelEstimator().fit(replace(log, effort=effort))
     assert not estimate.status.trusted
     return any("never changes its sign" in note for note in estimate.diagnostics.notes)

@@ -65,7 +65,7 @@ def test_what_friction_adds_in_a_sample_by_quadrature() -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Walk:
-    """A simulated stretch whose friction is a random walk, with what the filter is told of it."""
+    """A simulated stretch whose friction is a random walk, with the noise levels of the filter."""
 
     inertia: float = 2.0
     sampling_time: float = 0.02
@@ -254,7 +254,7 @@ def test_the_rate_of_the_walk_is_found(with_velocity: bool, rate: float) -> None
         decades[k] = np.log10(found / rate)
     wandering = 4.0 * decades.std(ddof=1) / np.sqrt(runs)
     assert abs(decades.mean()) < RATE_TOLERANCE + wandering
-    assert decades.std(ddof=1) < 0.2  # 1500 samples tell it to better than half of itself
+    assert decades.std(ddof=1) < 0.2  # 1500 samples determine it to better than half of itself
 
 
 def test_short_stretches_determine_the_rate_together() -> None:

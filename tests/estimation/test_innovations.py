@@ -214,7 +214,7 @@ def test_least_squares_of_the_rows_is_generalised_least_squares(
 
 @pytest.mark.parametrize("sensors", CHANNELS)
 def test_without_noise_the_rows_give_the_parameters(sensors: str) -> None:
-    """Whatever the noise is said to be: of states that are not measured it must be known at 0."""
+    """Whatever noise is given: of states that are not measured it must be known at 0."""
     problem = Problem.of(*CHANNELS[sensors], 1e-4, noisy=False)
     rows, _ = problem.whitened()
     np.testing.assert_allclose(

@@ -95,9 +95,9 @@ def test_a_disturbance_is_searched_to_a_fifth_of_a_decade(
     calls: list[None] = []
     monkeypatch.setattr(HeldAxis, "whiten", counted(HeldAxis.whiten, calls))
     estimate = EnergyEstimator(inertia=MASS, offset=False).fit(log_of(disturbance))
-    said = re.search(r"taken to have (\S+) N rms", estimate.diagnostics.notes[0])
-    assert said is not None
-    assert 2.0 * abs(math.log10(float(said[1]) / disturbance)) < 0.1
+    noted = re.search(r"taken to have (\S+) N rms", estimate.diagnostics.notes[0])
+    assert noted is not None
+    assert 2.0 * abs(math.log10(float(noted[1]) / disturbance)) < 0.1
     assert len(calls) <= places(4.0, 0.2) + 1  # and one for the rows
 
 

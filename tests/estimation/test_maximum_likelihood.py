@@ -1,4 +1,4 @@
-"""Maximum likelihood on the exact simulator: truth recovered, honest intervals, limits told."""
+"""Maximum likelihood on the exact simulator: truth recovered, honest intervals, limits reported."""
 
 from dataclasses import replace
 from typing import Any
@@ -118,8 +118,8 @@ def test_the_delay_of_the_effort_is_found(delay: int) -> None:
     late = np.concatenate((np.zeros(delay), effort[: effort.size - delay]))
     log = logged(servo(), effort, ENCODER, generator, acting=late)
     estimate = MaximumLikelihoodEstimator(largest_delay=2).fit(log)
-    told = f"the effort acts {delay} sample{'' if delay == 1 else 's'} late (likeliest of 0 to 2)"
-    assert told in estimate.diagnostics.notes
+    note = f"the effort acts {delay} sample{'' if delay == 1 else 's'} late (likeliest of 0 to 2)"
+    assert note in estimate.diagnostics.notes
     assert estimate.value("inertia") == pytest.approx(INERTIA, rel=1e-3)
 
 
@@ -155,7 +155,7 @@ def test_a_delayed_effort_is_among_the_causes_named() -> None:
 
 
 def test_an_axis_that_rests_on_a_count_gives_one_reading() -> None:
-    """Ten times as long at rest tells nothing more: values and intervals stay what they are."""
+    """Ten times as long at rest adds no information: values and intervals stay what they are."""
     generator = np.random.default_rng(5)
     moving = multisine(generator, 4000)
     fits = []

@@ -97,7 +97,7 @@ def test_the_known_biases_with_noise(
     found = np.array([ends(estimator, log)[:2] for log in noisy])
     error = np.sqrt(2.0 / RUNS) * found.std(axis=0, ddof=1)
     assert np.all(np.abs(found.mean(axis=0) - expected) < STANDARD_ERRORS * error)
-    assert np.all(STANDARD_ERRORS * error < 0.002)  # tight enough to tell the cases apart
+    assert np.all(STANDARD_ERRORS * error < 0.002)  # tight enough to separate the cases
 
 
 def test_settled_sums_stay_near_the_truth_under_noise(noisy: list[AxisLog]) -> None:
@@ -195,8 +195,8 @@ def test_recursion_and_fit_are_the_batch_solution(
     found = [fit.value(name) for name in ("coulomb_friction", "viscous_friction")]
     np.testing.assert_allclose(found, expected[:2], rtol=BATCH)
     if estimator.error_terms:
-        told = f"B {expected[2]:.4g} J, S {expected[3]:.4g} N"
-        assert any(note.endswith(told) for note in fit.diagnostics.notes)
+        ending = f"B {expected[2]:.4g} J, S {expected[3]:.4g} N"
+        assert any(note.endswith(ending) for note in fit.diagnostics.notes)
 
 
 def test_the_recursion_is_that_of_another_library(noisy: list[AxisLog]) -> None:
@@ -420,8 +420,8 @@ def test_the_share_of_noise_in_a_note(clean: AxisLog, noisy: list[AxisLog]) -> N
     estimator = PublishedEnergyEstimator(**ARM)
     state = estimator.init(sampling_time=T)
     tables = [table_of(log) for log in (noisy[0], clean)]
-    told = noise_shares(state, tables[:1], SIGMA_V)
+    found = noise_shares(state, tables[:1], SIGMA_V)
     ends_of_sums = [weighted_rows(state, [table])[1][-1] for table in tables]
     share = 1.0 - ends_of_sums[1] / ends_of_sums[0]
     # Of absolute velocities the double expectation sees three quarters at rest; squares wander
-    np.testing.assert_allclose(told, share, rtol=0.35)
+    np.testing.assert_allclose(found, share, rtol=0.35)

@@ -91,13 +91,13 @@ def test_no_rest_winds_it_up(factor: float, rest: str, noise: float, seed: int) 
     if rest != "constant":
         np.testing.assert_allclose(after, spread, rtol=1e-6, atol=1e-9 * np.trace(spread))
         assert np.max(np.abs(drift)) <= 1e-4
-    # What the rows did not tell about is known as before: information and what it says
+    # What the rows do not determine is known as before: its information and estimate
     information = np.linalg.inv(spread)
     others = np.array([[0.0, 0.0, 1.0], [-0.2, 0.3, 0.0]])
     kept = others @ information @ others.T
     np.testing.assert_allclose(others @ np.linalg.inv(after) @ others.T, kept, rtol=1e-5)
-    said = np.max(np.abs(drift @ information @ others.T))
-    assert said <= 1e-5 * np.linalg.norm(information @ TRUTH)
+    drifted = np.max(np.abs(drift @ information @ others.T))
+    assert drifted <= 1e-5 * np.linalg.norm(information @ TRUTH)
 
 
 def test_with_forgetting_it_follows_a_change() -> None:

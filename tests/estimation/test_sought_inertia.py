@@ -18,8 +18,8 @@ from stickslip.simulation import Sensors, simulate
 RUNS = 40
 SURE = 0.999  # probability with which a right estimator passes a statistical bound
 NEAR_BOUND = 6.0
-"""RMSE over the Cramer-Rao bound, which knows how the axis stops: 3 to 5 in long studies, and ten
-times as much for the levels of energy from which the search begins."""
+"""RMSE over the Cramer-Rao bound, which includes the stops of the axis: 3 to 5 in long studies, and
+ten times as much for the levels of energy from which the search begins."""
 CLEAN = 1e-5  # relative, without noise: what friction that turns within a sample leaves
 
 T = 0.002
@@ -120,7 +120,7 @@ def test_the_error_is_near_the_bound() -> None:
             squares[name] += ((estimate.value(name) - true) / bound[name]) ** 2 / RUNS
     # The root mean square of RUNS normal errors is this much larger than theirs at most
     chance = np.sqrt(scipy.stats.chi2.ppf(SURE, RUNS) / RUNS)
-    # How the axis stops tells most of an offset, and this estimator does not ask there
+    # The stops determine an offset the most, and this estimator does not use them
     for name in ("mass", "viscous_friction", "coulomb_friction"):
         assert np.sqrt(squares[name]) < chance * NEAR_BOUND, squares
 

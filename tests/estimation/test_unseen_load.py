@@ -154,8 +154,8 @@ def test_the_smoother_finds_the_load() -> None:
     error = part.measured_load_position - motion.load_position[: len(log)]
     assert np.sqrt(np.mean(error**2)) < 0.02  # a tenth of what friction and spring make of it
     (note,) = [note for note in ARM.fit(log).diagnostics.notes if "reconstructed" in note]
-    told = float(note.split("+-")[1].split(" m ")[0])
-    assert np.mean(np.abs(error) <= told) > 0.5
+    noted = float(note.split("+-")[1].split(" m ")[0])
+    assert np.mean(np.abs(error) <= noted) > 0.5
 
 
 def test_a_load_that_cannot_be_reconstructed_has_a_note() -> None:

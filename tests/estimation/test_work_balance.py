@@ -141,12 +141,12 @@ def study(loop: Loop, noise: float) -> Cell:
             ]
         )
         for factor, errors in assumed.items():
-            told = replace(
+            informed = replace(
                 estimator,
                 position_noise=factor * noise * surrogate.POSITION_NOISE,
                 velocity_noise=factor * noise * surrogate.VELOCITY_NOISE,
             )
-            errors.append(told.run(told.init(sampling_time=T), log)[1][-1] / truth - 1.0)
+            errors.append(informed.run(informed.init(sampling_time=T), log)[1][-1] / truth - 1.0)
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     return Cell(
         offline=columns[0],
@@ -210,7 +210,7 @@ def test_intervals_are_no_wider_than_the_spread(loop: Loop, noise: float) -> Non
     cell = study(loop, noise)
     ratio = np.sqrt(np.mean(cell.offline_std**2, axis=0)) / cell.offline.std(axis=0, ddof=1)
     low, high = np.sqrt(scipy.stats.chi2.interval(SURE, RUNS - 1) / np.float64(RUNS - 1))
-    # Twelve cosines know the spread of one log to a fifth; their mean square is a little larger
+    # Twelve cosines give the spread of one log to a fifth; their mean square is a little larger
     assert np.all((ratio > 0.8 / high) & (ratio < 1.25 / low))
 
 

@@ -56,7 +56,7 @@ VARIANTS: dict[str, tuple[dict[str, Any], Sensors]] = {
     "no velocity": ({}, Sensors(encoder_step=1e-5, velocity="none")),
     "directions": ({"per_direction": True, "offset": None}, NOISY),
     "offset": ({"offset": True}, NOISY),
-    "forgetting, told noise": (
+    "forgetting, given noise": (
         {"forgetting_factor": 0.999, "position_noise": 1e-4, "velocity_noise": 1e-2},
         NOISY,
     ),

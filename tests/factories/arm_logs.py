@@ -30,7 +30,7 @@ MOVES = ((1.5, 5.0, 0.5), (-1.0, 7.0, 0.5), (0.5, 5.0, 0.5), (0.0, 5.0, 0.0))
 
 
 def energy_estimator() -> EnergyEstimator:
-    """Return the energy estimator that knows the masses and the spring."""
+    """Return the energy estimator with masses and spring given."""
     return EnergyEstimator(**ARM, offset=False)
 
 

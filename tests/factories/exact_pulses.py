@@ -48,8 +48,8 @@ def controller_for(axis: RandomAxis, **settings: Any) -> ExactPulseController:
         "rest": ENCODER,
         "position_noise": SAMPLE_NOISE,
         "effort_limit": axis.effort_limit,
-        "mass": axis.believed_mass,
-        "friction": axis.believed_friction,
+        "mass": axis.guessed_mass,
+        "friction": axis.guessed_friction,
     }
     return ExactPulseController(**known | settings)
 

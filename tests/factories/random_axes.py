@@ -21,8 +21,8 @@ class RandomAxis:
     """The true axis, and the first guesses, start, limit and seed of a test with it."""
 
     plant: SingleMass
-    believed_mass: float
-    believed_friction: CoulombViscousFriction
+    guessed_mass: float
+    guessed_friction: CoulombViscousFriction
     start_error: float
     effort_limit: float
     seed: int
@@ -34,7 +34,7 @@ def random_axes(generator: np.random.Generator, n: int) -> list[RandomAxis]:
     Mass, Coulomb and viscous friction lie within a factor of 2 of the nominal axis, their
     logarithms uniform. Everything else is uniform: the static friction of a direction is 1.05 to
     1.5 times its Coulomb friction, a direction deviates by up to 20 % from the mean of both, the
-    offset is up to 0.2 of the mean Coulomb friction. The mass is believed within 5 %, each friction
+    offset is up to 0.2 of the mean Coulomb friction. The mass is guessed within 5 %, each friction
     within 50 %, equal in both directions. The start is 0.5 to 20 mm off the target; the effort
     limit is three times the mean Coulomb friction.
     """
@@ -58,13 +58,13 @@ def _random_axis(generator: np.random.Generator) -> RandomAxis:
         viscous=(viscous * (1.0 + viscous_uneven), viscous * (1.0 - viscous_uneven)),
         offset=coulomb * generator.uniform(-UNEVEN, UNEVEN),
     )
-    believed_mass = mass * (1.0 + generator.uniform(-0.05, 0.05))
+    guessed_mass = mass * (1.0 + generator.uniform(-0.05, 0.05))
     guesses = [value * (1.0 + generator.uniform(-0.5, 0.5)) for value in (coulomb, static, viscous)]
     direction = 1.0 if generator.uniform() < 0.5 else -1.0
     return RandomAxis(
         plant=SingleMass(mass=mass, friction=law),
-        believed_mass=believed_mass,
-        believed_friction=CoulombViscousFriction.symmetric(
+        guessed_mass=guessed_mass,
+        guessed_friction=CoulombViscousFriction.symmetric(
             coulomb_friction=guesses[0],
             static_friction=max(guesses[0], guesses[1]),
             viscous_friction=guesses[2],

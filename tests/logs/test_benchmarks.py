@@ -49,7 +49,7 @@ def registered(published, tmp_path, monkeypatch):
     return published[0]
 
 
-def test_fetched_once_and_said(registered, caplog):
+def test_fetched_once_and_reported(registered, caplog):
     with caplog.at_level(logging.WARNING, logger="stickslip"):
         folder = find_benchmark("stage")
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == CONTENT

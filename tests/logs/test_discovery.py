@@ -1,4 +1,4 @@
-"""Columns, units and kinds that nobody has stated: found where obvious, and always told."""
+"""Columns, units and kinds that are not stated: found where obvious, and always reported."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def test_references_are_not_measurements(read):
     assert column(log, "measured_position") == [2.0, 3.0, 5.0]
 
 
-def test_everything_assumed_is_told(read):
+def test_every_assumption_is_reported(read):
     log = read(["time", "angle [deg]", "torque"])
     assert log.source.assumptions == (
         "time is read from column 'time'; no unit is given, so it is taken in s",
@@ -68,7 +68,7 @@ def test_everything_assumed_is_told(read):
     )
 
 
-def test_nothing_assumed_is_nothing_told(read):
+def test_nothing_is_reported_without_assumptions(read):
     schema = LogSchema(kind="linear", time="a", position="b", effort="2 * c",
                        units={"time": "s", "position": "mm", "effort": "N"})  # fmt: skip
     log = read(["a", "b", "c"], schema)
@@ -247,7 +247,7 @@ def test_full_headers_name_columns_too(read):
     assert log.measured_position[0] == pytest.approx(np.pi / 180, rel=1e-15)
 
 
-def test_what_is_stated_above_the_file_is_told(read):
+def test_a_statement_above_the_columns_is_reported(read):
     schema = LogSchema(sampling_time=0.5, units={"position": "mm"})
     assumptions = read(["t", "x [m]", "force [N]"], schema).source.assumptions
     assert any(

@@ -36,8 +36,8 @@ def test_uniform_time_needs_no_note(read):
 def test_note_on_jitter(read):
     time = np.arange(100) * 0.01
     time[50] += 0.001
-    (told,) = read(time).source.assumptions
-    assert told == (
+    (assumption,) = read(time).source.assumptions
+    assert assumption == (
         "steps of the time stamps deviate by up to 10 % from the sampling time of 0.01 s"
     )
 
@@ -47,8 +47,8 @@ def test_gaps_split_the_log(read):
     time[10:] += 2.0
     time[20:] += 3.0
     log = read(time)
-    (told,) = log.source.assumptions
-    assert told == (
+    (assumption,) = log.source.assumptions
+    assert assumption == (
         "2 gaps split the log into 3 segments; the first is 2.5 s long, before log.csv, row 12"
     )
     assert [len(segment) for segment in log.segments()] == [10, 10, 10]
@@ -57,8 +57,8 @@ def test_gaps_split_the_log(read):
 def test_one_gap(read):
     time = np.arange(30) * 0.5
     time[29:] += 2.0
-    (told,) = read(time).source.assumptions
-    assert told.startswith("1 gap splits the log into 2 segments")
+    (assumption,) = read(time).source.assumptions
+    assert assumption.startswith("1 gap splits the log into 2 segments")
 
 
 @pytest.mark.parametrize(("deviation", "noted"), [(0.9e-6, False), (1.1e-6, True)])

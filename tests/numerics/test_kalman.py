@@ -10,7 +10,7 @@ from stickslip.numerics import LinearModel, cost, measure, smooth, update, white
 
 N, M = 12, 2
 SENSORS = np.array([2, 0])
-STATES = (3, 4, 5, 6)  # with a size that the kernels know, and without
+STATES = (3, 4, 5, 6)  # with a size that the kernels are written for, and without
 TOLERANCE = 1e-9  # relative; both ways take some hundred operations on numbers of order 1
 
 

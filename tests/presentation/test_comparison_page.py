@@ -11,10 +11,7 @@ from results import study
 from stickslip import EstimationTask
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
-from stickslip.records import (
-    EstimatorComparison,
-    EstimatorScore,
-)
+from stickslip.records import EstimatorComparison, EstimatorScore
 from stickslip.simulation import Sensors, simulate
 from stickslip.tasks import compare_log
 

@@ -17,10 +17,7 @@ from stickslip.presentation.words import (
     value_texts,
     value_with_half,
 )
-from stickslip.records import (
-    ParameterEstimate,
-    Status,
-)
+from stickslip.records import ParameterEstimate, Status
 
 
 @pytest.mark.parametrize(

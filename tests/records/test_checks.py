@@ -1,4 +1,4 @@
-"""Checks of single quantities: what is no number is told in words too."""
+"""Checks of single quantities: a text in place of a number is refused too."""
 
 from typing import Any
 

@@ -10,12 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from stickslip.friction import (
-    DahlFriction,
-    ElastoPlasticFriction,
-    LuGreFriction,
-    StribeckFriction,
-)
+from stickslip.friction import DahlFriction, ElastoPlasticFriction, LuGreFriction, StribeckFriction
 from stickslip.plants import Plant, SingleMass
 
 RTOL, ATOL = 1e-11, 1e-15

@@ -185,7 +185,7 @@ def test_sensitivities_predict_a_small_change_of_everything(seed: int, arm: bool
         difference = (moved(h) - moved(-h)) / (2 * h)
         errors.append(float(np.max(np.abs(difference - predicted))))
     # Near a graze the second derivative is large or the motion jumps: then only the finer step,
-    # or none, tells; the cases against high precision do not graze.
+    # or none, matters; the cases against high precision do not graze.
     size = float(np.max(np.abs(predicted)))
     tame = size < 30 and not found.motion.any_grazing
     assert not tame or min(errors) < 1e-3 * max(size, 1.0)

@@ -40,7 +40,7 @@ def test_coming_to_rest_and_breaking_away_inside_one_sample():
 
 
 def test_a_velocity_that_just_touches_zero_is_flagged():
-    """Whether the mass then sticks or goes on is not for doubles to tell."""
+    """Whether the mass then sticks or goes on is not determined in doubles."""
     arm = FlexibleArm(mass_1=1.0, mass_2=100.0, stiffness=1.0, friction=STICKY)
 
     def run(v1):

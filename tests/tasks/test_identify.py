@@ -11,12 +11,7 @@ from refusals import refuses
 from two_sines import Motion
 
 import stickslip
-from stickslip.estimation import (
-    ESTIMATORS,
-    DetailedEstimator,
-    EnergyEstimator,
-    EstimationTask,
-)
+from stickslip.estimation import ESTIMATORS, DetailedEstimator, EnergyEstimator, EstimationTask
 from stickslip.records import AxisLog
 from stickslip.tasks import Demonstration, demonstrate, identify, json_text, write_json
 

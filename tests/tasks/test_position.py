@@ -161,14 +161,14 @@ def test_effort_beyond_all_numbers(run: Run) -> None:
 
 
 def test_progress(tmp_path: Path) -> None:
-    told: list[tuple[int, int]] = []
+    calls: list[tuple[int, int]] = []
     scenario = Path(__file__).parents[2] / "examples" / "scenarios" / "papwc.toml"
     read = read_scenario(scenario)
-    position(read, progress=lambda done, every: told.append((done, every)))
+    position(read, progress=lambda done, every: calls.append((done, every)))
     every = 10 * 200
-    assert told[0] == (0, every)
-    assert told[-1] == (every, every)
-    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert calls[0] == (0, every)
+    assert calls[-1] == (every, every)
+    assert [done for done, _ in calls] == sorted(done for done, _ in calls)
 
 
 def test_run_that_cannot_resume_starts_anew(run: Run) -> None:

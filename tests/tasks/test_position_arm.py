@@ -188,5 +188,5 @@ def test_note_on_an_offset_that_is_not_guessed(run: Run) -> None:
     assert any(
         "Give offset in [guess]" in note for note in run(LANDING, axis=axis, task=short).notes
     )
-    told = run(LANDING, axis=axis, task=short, guess="offset = 0.02")
-    assert not any("offset" in note for note in told.notes)
+    given = run(LANDING, axis=axis, task=short, guess="offset = 0.02")
+    assert not any("offset" in note for note in given.notes)

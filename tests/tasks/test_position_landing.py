@@ -152,10 +152,10 @@ def test_certain_masses_are_not_learned(run: Run) -> None:
     task = ARM_TASK.replace("44.0", "1.0")
     result = run(axis=ARM, task=task, guess=f"{WRONG}\narm_uncertainty = 0.0", limit=1.0)
     assert set(result.runs[0].estimates) == {"coulomb_friction", "viscous_friction"}
-    told = run(axis=ARM, task=task, guess="arm_uncertainty = 0.05", limit=1.0)
-    assert told.runs[0].deviations["stiffness"][0] == pytest.approx(0.05)
-    assert not any("off by 2% or so" in note for note in told.notes)
-    assert told.runs[0].estimates["mass"][0] == 1.0
+    given = run(axis=ARM, task=task, guess="arm_uncertainty = 0.05", limit=1.0)
+    assert given.runs[0].deviations["stiffness"][0] == pytest.approx(0.05)
+    assert not any("off by 2% or so" in note for note in given.notes)
+    assert given.runs[0].estimates["mass"][0] == 1.0
 
 
 def test_file_of_friction_alone(run: Run) -> None:

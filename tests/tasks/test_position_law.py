@@ -1,4 +1,4 @@
-"""Positioning on axes whose friction law the controller does not know."""
+"""Positioning on axes whose friction law is not that of the controller."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -124,10 +124,10 @@ def test_bad_axis(axis: str, words: list[str], tmp_path: Path) -> None:
     path.write_text(_text(axis, method, duration=1.0))
     with pytest.raises(InputError) as refusal:
         read_scenario(path)
-    told = str(refusal.value)
-    assert f"{path}, [axis]" in told
+    message = str(refusal.value)
+    assert f"{path}, [axis]" in message
     for word in words:
-        assert word in told
+        assert word in message
 
 
 def test_pd_control_ends_stuck_where_bristles_balance_it(run: Run) -> None:

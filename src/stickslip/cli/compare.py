@@ -5,13 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.arguments import (
-    EstimatedFriction,
-    KnownAxis,
-    LogReading,
-    wanted,
-    whole_number,
-)
+from stickslip.cli.arguments import EstimatedFriction, KnownAxis, LogReading, wanted, whole_number
 from stickslip.cli.outputs import ResultFiles
 from stickslip.cli.terminal import progress_bar
 

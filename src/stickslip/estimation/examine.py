@@ -40,12 +40,7 @@ from stickslip.estimation.signals.kinematics import (
     default_cutoff,
     noise_level,
 )
-from stickslip.records import (
-    AxisLog,
-    EstimateEvolution,
-    FrictionEstimate,
-    Identification,
-)
+from stickslip.records import AxisLog, EstimateEvolution, FrictionEstimate, Identification
 
 Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
 """As `EnergyEstimator.levels` returns them."""

@@ -6,14 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.selection.judgement.status import judged
-from stickslip.records import (
-    AxisLog,
-    FrictionEstimate,
-    InputError,
-    finite,
-    positive,
-    unit_of,
-)
+from stickslip.records import AxisLog, FrictionEstimate, InputError, finite, positive, unit_of
 
 _GRAVITY = 9.80665  # m/s^2, standard
 _SINE, _COSINE = "gravity_sine", "gravity_cosine"

@@ -17,13 +17,7 @@ from stickslip.estimation.selection.dwell import (
 )
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
 from stickslip.estimation.weak_form.motion import slip_motions
-from stickslip.records import (
-    AxisLog,
-    ExpectedPrecision,
-    FrictionEstimate,
-    InputError,
-    mass_name,
-)
+from stickslip.records import AxisLog, ExpectedPrecision, FrictionEstimate, InputError, mass_name
 
 
 @dataclass(frozen=True, kw_only=True)

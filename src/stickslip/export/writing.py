@@ -37,7 +37,7 @@ class Export:
     """A rendered export, with its warnings."""
 
     target: str  #: Name of the target.
-    rendered: Rendered  #: The files and what is to be said about them.
+    rendered: Rendered  #: The files, and the notes on them.
     #: Values that were written against their verdict, and those that were withheld.
     warnings: tuple[str, ...]
     #: Whether the estimate can be trusted and every value that the target holds was written.

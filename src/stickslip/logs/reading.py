@@ -65,7 +65,7 @@ def read_log(
 def log_from_frame(
     frame: Any, schema: str | Path | LogSchema | None = None, axis: str | int | None = None
 ) -> AxisLog:
-    """Take one axis from a data frame: pandas, polars, pyarrow or any other that narwhals knows.
+    """Take one axis from a data frame: pandas, polars, pyarrow or any other that narwhals supports.
 
     Parameters
     ----------

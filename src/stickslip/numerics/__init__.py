@@ -1,4 +1,4 @@
-"""Numerical methods that know nothing of motion axes."""
+"""Numerical methods, independent of motion axes."""
 
 from stickslip.numerics.kalman import LinearModel, cost, measure, predict, smooth, update, whiten
 

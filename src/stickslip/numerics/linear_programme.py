@@ -41,7 +41,7 @@ def minimise(
     """
     from scipy import optimize
 
-    linprog: Any = optimize.linprog  # whose stubs know bounds as a list of pairs only
+    linprog: Any = optimize.linprog  # whose stubs have bounds as a list of pairs only
 
     failures: list[str] = []
     for method, presolve in _METHODS:

@@ -13,7 +13,7 @@ from stickslip.records import AxisKind, InputError, positive, quantity_field, un
 
 Law_co = TypeVar("Law_co", bound=FrictionLaw, default=CoulombViscousFriction, covariant=True)
 """``SingleMass`` alone means one with `CoulombViscousFriction`, which is all that plans and
-controllers know; ``SingleMass[FrictionLaw]`` has any law, which a simulator knows."""
+controllers know; ``SingleMass[FrictionLaw]`` has any law, which a simulator supports."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -90,7 +90,7 @@ class Table:
             # The last column of text is one of sentences: it is wrapped where it must be
             wraps = k == len(self.columns) - 1 and column.align == "left"
             made.add_column(
-                column.terminal_head,
+                Text(column.terminal_head),  # "[s]" is a unit, not a style
                 justify=column.align,
                 no_wrap=not wraps,
                 min_width=column.width or None,

@@ -49,12 +49,7 @@ from stickslip.records.identification import (
     Resimulation,
     Validation,
 )
-from stickslip.records.inspection import (
-    AxisProposal,
-    ExpectedPrecision,
-    Inspection,
-    LogColumn,
-)
+from stickslip.records.inspection import AxisProposal, ExpectedPrecision, Inspection, LogColumn
 from stickslip.records.positioning import (
     ArmRun,
     ArmSeries,
@@ -65,12 +60,7 @@ from stickslip.records.positioning import (
     PositioningMove,
     PositioningRun,
 )
-from stickslip.records.pulses import (
-    LearnedPulses,
-    PositioningOutcome,
-    PulseMethod,
-    PulseRecord,
-)
+from stickslip.records.pulses import LearnedPulses, PositioningOutcome, PulseMethod, PulseRecord
 from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,

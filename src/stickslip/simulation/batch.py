@@ -19,11 +19,7 @@ from stickslip.simulation.plant_kernels import (
     kernel_model,
     kernels_of,
 )
-from stickslip.simulation.simulate import (
-    budget_error,
-    make_arrays_read_only,
-    overflow_error,
-)
+from stickslip.simulation.simulate import budget_error, make_arrays_read_only, overflow_error
 
 
 @dataclass(frozen=True, kw_only=True)

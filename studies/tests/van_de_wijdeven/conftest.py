@@ -25,7 +25,7 @@ from studies.van_de_wijdeven.part_b.evidence import PIECES, Evidence, gather  # 
 @pytest.fixture(scope="session")
 def evidence() -> Evidence:
     """Return all that part B was measured to be, gathered once."""
-    told: list[None] = []
-    gathered = gather(lambda: told.append(None))
-    assert len(told) == PIECES
+    calls: list[None] = []
+    gathered = gather(lambda: calls.append(None))
+    assert len(calls) == PIECES
     return gathered

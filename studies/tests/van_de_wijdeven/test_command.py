@@ -36,7 +36,7 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
             "part-b",
             "axes",
             400,
-            ["Table 1", "0.07071", "2.5", "1 of 2", "30 random axes", "83.3 %", "12.7 µm",
+            ["Table 1", "0.07071", "2.5", "1 of 2", "30 random axes", "83.33", "12.7",
              "1 of 3 claims", "1 in part of the readings"],
         ),
         ("conjunction", "arms", 2, ["5.50", "+0.49", "3 random arms", "2e-07"]),

@@ -37,10 +37,7 @@ from studies.van_de_wijdeven.conjunction.scoring import (
     rival_moves,
     score,
 )
-from studies.van_de_wijdeven.conjunction.study import (
-    landing_scores,
-    shortest_times,
-)
+from studies.van_de_wijdeven.conjunction.study import landing_scores, shortest_times
 from studies.van_de_wijdeven.records import LandingScore, Spread
 
 pytestmark = pytest.mark.slow
@@ -138,20 +135,20 @@ def test_a_controller_is_made_from_what_is_guessed_alone(name: str) -> None:
     other = replace(drawn, arm=replace(drawn.arm, mass_1=9.0, stiffness=9.0))
     guessed = drawn.arm
 
-    class Told(Case):
+    class Informed(Case):
         def guessed(self, _: RandomArm) -> FlexibleArm:
             return guessed
 
-    told = Told(name="told")
+    informed = Informed(name="informed")
     if name in LANDINGS:
         changed = replace(law, coulomb_friction_positive=1e-3)
         other = replace(other, arm=replace(other.arm, friction=changed))
-        made = [landing_controller(each, told, name) for each in (drawn, other)]
+        made = [landing_controller(each, informed, name) for each in (drawn, other)]
         assert made[0] == made[1]
         assert made[0].arm.friction == drawn.guessed_friction
         return
     made_for = [
-        RIVALS[name](Leg(arm=each, case=told, start=0.0, target=each.targets[0], learned=None))
+        RIVALS[name](Leg(arm=each, case=informed, start=0.0, target=each.targets[0], learned=None))
         for each in (drawn, other)
     ]
     assert np.array_equal(made_for[0].init(), made_for[1].init(), equal_nan=True)
@@ -200,7 +197,7 @@ def test_a_series_with_everything_known_lands_in_the_shortest_time() -> None:
         assert move.time == pytest.approx(least, abs=0.1)
         assert move.farthest < 1e-3
         assert move.peak_effort == pytest.approx(1.0, rel=1e-5)
-        assert (move.series, move.said) == (None, None)
+        assert (move.series, move.reported) == (None, None)
 
 
 def test_what_stays_or_swings_on_has_not_landed() -> None:
@@ -232,12 +229,14 @@ def test_a_push_while_it_is_watched_undoes_a_landing() -> None:
 
 def test_a_score_counts_what_the_outcomes_say() -> None:
     good = MoveOutcome(
-        error_1=1e-6, error_2=2e-6, swing=1e-6, landed=True, time=8.0, series=2, said=True,
+        error_1=1e-6, error_2=2e-6, swing=1e-6, landed=True, time=8.0, series=2, reported=True,
         farthest=0.1, peak_effort=0.9,
     )  # fmt: skip
     many = replace(good, series=5, time=20.0)
-    lost = replace(good, landed=False, time=None, series=6, said=False, error_2=0.1, farthest=0.4)
-    wrong = replace(lost, said=True)
+    lost = replace(
+        good, landed=False, time=None, series=6, reported=False, error_2=0.1, farthest=0.4
+    )
+    wrong = replace(lost, reported=True)
     found = score("x", WRONG, [[good, good], [good, many], [good, lost], [wrong, good]],
                   [[4.0, 4.0]] * 4)  # fmt: skip
     assert (found.controller, found.case, found.arms, found.moves) == ("x", WRONG.name, 4, 8)
@@ -245,7 +244,7 @@ def test_a_score_counts_what_the_outcomes_say() -> None:
     assert found.time_ratio == Spread.of([2.0] * 5 + [5.0])
     assert found.series == Spread.of([2.0, 2.0, 2.0, 5.0, 2.0, 6.0, 6.0, 2.0])
     assert (found.error_2.worst, found.farthest, found.peak_effort) == (0.1, 0.4, 0.9)
-    blind = replace(lost, series=None, said=None)
+    blind = replace(lost, series=None, reported=None)
     none = score("y", EXACT, [[blind]], [[4.0]])
     assert none.landed_in_four is none.series is none.misjudged is none.time_ratio is None
 
@@ -298,7 +297,7 @@ def test_wrong_masses_and_a_wrong_spring_do_no_harm() -> None:
     assert max(move.error_1, move.error_2) < 0.05
     assert move.farthest < 1.0
     assert move.peak_effort <= 1.0
-    assert move.said == move.landed
+    assert move.reported == move.landed
 
 
 def test_rivals_swing_on_or_miss_unless_all_is_known() -> None:
@@ -327,10 +326,10 @@ def test_rivals_swing_on_or_miss_unless_all_is_known() -> None:
 
 
 def test_the_study_depends_on_the_seed_alone() -> None:
-    told: list[None] = []
+    calls: list[None] = []
     cases = (EXACT,)
-    one = landing_scores(1, QUICK_SEED, cases=cases, workers=1, advance=lambda: told.append(None))
-    assert len(told) == 1
+    one = landing_scores(1, QUICK_SEED, cases=cases, workers=1, advance=lambda: calls.append(None))
+    assert len(calls) == 1
     names = [(each.controller, each.case) for each in one]
     assert names[0] == (LANDING, EXACT.name)
     assert len(set(names)) == len(names) == len(LANDINGS) + len(RIVALS)

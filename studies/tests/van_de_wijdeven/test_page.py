@@ -95,7 +95,7 @@ def test_tables_show_every_number_once(reproduction: EnergyReproduction) -> None
     assert not re.search(r"\bnan\b", text)
 
 
-def test_runs_without_a_result_are_told(reproduction: EnergyReproduction) -> None:
+def test_runs_without_a_result_are_counted(reproduction: EnergyReproduction) -> None:
     assert "nothing was identified" not in page_of(reproduction).text
     failed = tuple(replace(each, failed=3) for each in reproduction.variants[:1])
     text = page_of(replace(reproduction, variants=failed)).text

@@ -87,7 +87,7 @@ def test_no_peak_without_noise_is_cut_off(reproduced: Reproduced) -> None:
             assert np.max(np.abs(panel.curves[0].y)) < panel.y_range[1]
 
 
-def test_a_larger_error_despite_compensation_is_told(reproduced: Reproduced) -> None:
+def test_a_larger_error_despite_compensation_is_noted(reproduced: Reproduced) -> None:
     captions = {each.number: each.caption for each in reproduced.reproduction.figures}
     words = "larger than without compensation (Figure 6.8)"
     assert [number for number, caption in captions.items() if words in caption] == ["6.9"]

@@ -24,7 +24,6 @@ TRUTH = np.array(list(surrogate.TRUTH.values()))
 RUNS = 12
 SIGMA = surrogate.VELOCITY_NOISE
 SAMPLES = 6001
-BRACKET = SIGMA**2 + surrogate.POSITION_NOISE**2  # both masses of 1 kg, both ends of 1 N/m
 
 Change = Callable[[Evidence], Evidence]
 

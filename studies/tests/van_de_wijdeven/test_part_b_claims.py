@@ -100,7 +100,7 @@ def test_other_runs_give_other_verdicts(
     assert claim(name, exchanged(evidence, **change)).agrees is agrees
 
 
-def test_what_hits_with_one_pulse_is_told(evidence: Evidence) -> None:
+def test_readings_that_hit_with_one_pulse_are_reported(evidence: Evidence) -> None:
     anew = {**evidence.series, FREE: evidence.anew[FREE]}
     other = replace(evidence, series=anew)
     found = claim("never zero after one pulse", other).verdicts

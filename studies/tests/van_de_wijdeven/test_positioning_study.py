@@ -25,12 +25,7 @@ from studies.van_de_wijdeven.part_b.random_axes import (
     RandomAxis,
     random_axes,
 )
-from studies.van_de_wijdeven.part_b.scoring import (
-    ARRIVAL,
-    AxisOutcome,
-    outcome_on,
-    score,
-)
+from studies.van_de_wijdeven.part_b.scoring import ARRIVAL, AxisOutcome, outcome_on, score
 from studies.van_de_wijdeven.part_b.study import controller_scores, pieces
 from studies.van_de_wijdeven.part_b.trials import study
 from studies.van_de_wijdeven.records import ControllerScore
@@ -212,9 +207,9 @@ def test_a_score_counts_what_the_outcomes_say() -> None:
 
 
 def test_the_result_depends_on_the_seed_alone() -> None:
-    told: list[None] = []
-    one = controller_scores(26, 7, workers=1, advance=lambda: told.append(None))
-    assert len(told) == pieces(26)
+    calls: list[None] = []
+    one = controller_scores(26, 7, workers=1, advance=lambda: calls.append(None))
+    assert len(calls) == pieces(26)
     assert [each.controller for each in one] == [*CONTENDERS, *LONG_WATCHED]
     assert one == controller_scores(26, 7, workers=3, advance=lambda: None)
     assert one != controller_scores(26, 8, workers=3, advance=lambda: None)

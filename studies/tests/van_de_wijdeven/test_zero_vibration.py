@@ -122,7 +122,7 @@ def test_friction_that_is_not_known_leaves_an_error() -> None:
     assert 0.1 * stuck < abs(deviation[-1]) <= stuck
 
 
-def test_the_effort_is_limited_and_a_missing_sensor_is_told() -> None:
+def test_the_effort_is_limited_and_a_missing_sensor_is_refused() -> None:
     state = CONTROLLER.init()
     again, effort = CONTROLLER.step(state, SensorSample(1.0, -1.0, 0.0, -1.0, 0.0))
     assert effort == CONTROLLER.effort_limit

@@ -1,17 +1,12 @@
 """The conjunction of the source, whole: computed, judged, and put together."""
 
+from functools import partial
 from pathlib import Path
 
 from stickslip import __version__
 from stickslip.records import whole
 from studies.van_de_wijdeven.records import ConjunctionReproduction
-from studies.van_de_wijdeven.writing import (
-    Progress,
-    Reproduced,
-    checked_workers,
-    counted,
-    write_reproduction,
-)
+from studies.van_de_wijdeven.writing import Progress, Reproduced, counted, write_reproduction
 
 
 def reproduce_conjunction(
@@ -33,9 +28,14 @@ def reproduce_conjunction(
     all noise; the figures and claims do not depend on ``arms``. All else as `reproduce_part_a`.
     """
     whole("arms", arms, least=1)
-    seed, workers = whole("seed", seed), checked_workers(workers)
-    tell: Progress = progress or (lambda _done, _all: None)
-    return write_reproduction(folder, "conjunction", lambda: _computed(arms, seed, workers, tell))
+    return write_reproduction(
+        folder,
+        "conjunction",
+        partial(_computed, arms),
+        seed=seed,
+        workers=workers,
+        progress=progress,
+    )
 
 
 def _computed(arms: int, seed: int, workers: int, progress: Progress) -> ConjunctionReproduction:

@@ -1,7 +1,6 @@
 """Figures of the conjunction, from landings and from series by themselves."""
 
 import numpy as np
-from jaxtyping import Float
 
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.conjunction.landings import Landing, LandingEvidence
@@ -33,17 +32,6 @@ def conjunction_figures(
     )
 
 
-def _curve(
-    label: str,
-    role: CurveRole,
-    x: Float[np.ndarray, " n"],
-    y: Float[np.ndarray, " n"],
-    *,
-    staircase: bool = False,
-) -> Curve:
-    return Curve(label=label, role=role, x=x, y=y, staircase=staircase)
-
-
 def _landing(landing: Landing) -> ReproducedFigure:
     motion, states = landing.motion, landing.states
     time = motion.time[::_SHOWN]
@@ -66,9 +54,9 @@ def _landing(landing: Landing) -> ReproducedFigure:
                 x_label=_TIME,
                 y_label="position [m]",
                 curves=(
-                    _curve("mass 1", "first", time, states[::_SHOWN, 0]),
-                    _curve("mass 2", "second", time, states[::_SHOWN, 2]),
-                    _curve(
+                    Curve("mass 1", "first", time, states[::_SHOWN, 0]),
+                    Curve("mass 2", "second", time, states[::_SHOWN, 2]),
+                    Curve(
                         "target", "truth", ends, np.array([*TARGETS, TARGETS[-1]]), staircase=True
                     ),
                 ),
@@ -77,9 +65,7 @@ def _landing(landing: Landing) -> ReproducedFigure:
                 title="input",
                 x_label=_TIME,
                 y_label="u [N]",
-                curves=(
-                    _curve("input", "first", time, effort[::_SHOWN], staircase=True),
-                ),
+                curves=(Curve("input", "first", time, effort[::_SHOWN], staircase=True),),
             ),
             Panel(
                 title="phase",
@@ -88,13 +74,13 @@ def _landing(landing: Landing) -> ReproducedFigure:
                 y_range=(-0.3, 3.3),
                 y_ticks=_ORDER[:4],
                 curves=(
-                    _curve("phase", "first", starts, np.append(number, number[-1]), staircase=True),
+                    Curve("phase", "first", starts, np.append(number, number[-1]), staircase=True),
                 ),
             ),
             _estimate(landing, 0, "Coulomb friction", "f̂_c [N]", surrogate.COULOMB_FRICTION),
             _estimate(landing, 1, "viscous friction", "ĉ [N s/m]", surrogate.VISCOUS_FRICTION),
         ),
-    )  # fmt: skip
+    )
 
 
 def _estimate(landing: Landing, which: int, title: str, label: str, truth: float) -> Panel:
@@ -107,14 +93,14 @@ def _estimate(landing: Landing, which: int, title: str, label: str, truth: float
         y_label=label,
         y_range=(truth * (1.0 - _ZOOM), truth * (1.0 + _ZOOM)),
         curves=(
-            _curve("estimate", "first", time, value),
-            _curve(
+            Curve("estimate", "first", time, value),
+            Curve(
                 f"{_SIGMAS:g} standard deviations",
                 "third",
                 np.concatenate((time, time[::-1])),
                 np.concatenate((high, low[::-1])),
             ),
-            _curve("truth", "truth", np.array([0.0, 2.0 * TIME]), np.array([truth, truth])),
+            Curve("truth", "truth", np.array([0.0, 2.0 * TIME]), np.array([truth, truth])),
         ),
     )
 
@@ -133,10 +119,10 @@ def _flights(landing: Landing) -> ReproducedFigure:
                 x_label=_TIME,
                 y_label="position [m]",
                 curves=(
-                    _curve("x_1 planned", "first", planned, series.position),
-                    _curve("x_1 achieved", "second", time, states[there, 0]),
-                    _curve("x_2 planned", "third", planned, series.load_position),
-                    _curve("x_2 achieved", "fourth", time, states[there, 2]),
+                    Curve("x_1 planned", "first", planned, series.position),
+                    Curve("x_1 achieved", "second", time, states[there, 0]),
+                    Curve("x_2 planned", "third", planned, series.load_position),
+                    Curve("x_2 achieved", "fourth", time, states[there, 2]),
                 ),
             )
         )
@@ -167,7 +153,7 @@ def _reference(series: SeriesEvidence) -> ReproducedFigure:
                 y_label="u [N]",
                 y_range=(-1.1, 1.1),
                 curves=(
-                    _curve(
+                    Curve(
                         "input",
                         "first",
                         np.append(planned.time, time[-1]),
@@ -183,9 +169,9 @@ def _reference(series: SeriesEvidence) -> ReproducedFigure:
                 x_label=_TIME,
                 y_label="position [m]",
                 curves=(
-                    _curve("mass 1", "first", time, each.motion.position[shown]),
-                    *(() if load is None else (_curve("mass 2", "second", time, load[shown]),)),
-                    _curve("target", "truth", time[[0, -1]], np.array([MOVE, MOVE])),
+                    Curve("mass 1", "first", time, each.motion.position[shown]),
+                    *(() if load is None else (Curve("mass 2", "second", time, load[shown]),)),
+                    Curve("target", "truth", time[[0, -1]], np.array([MOVE, MOVE])),
                 ),
             )
         )
@@ -196,10 +182,8 @@ def _reference(series: SeriesEvidence) -> ReproducedFigure:
         "0.1, at most 1 N, 1 m, T = 0.05 s. Mass 1 never turns back. Of all series of this "
         "duration these have about the least impulse.",
         columns=2,
-        panels=tuple(
-            panel for pair in zip(efforts, motions, strict=True) for panel in pair
-        ),
-    )  # fmt: skip
+        panels=tuple(panel for pair in zip(efforts, motions, strict=True) for panel in pair),
+    )
 
 
 def _effects(series: SeriesEvidence) -> ReproducedFigure:
@@ -212,8 +196,8 @@ def _effects(series: SeriesEvidence) -> ReproducedFigure:
             x_label="error of f_c [%]",
             y_label="final error [% of the move]",
             curves=(
-                _curve("this series", "first", x, 100.0 * np.array(ours) / MOVE),
-                _curve("another one of 4.6 s", "second", x, 100.0 * np.array(known) / MOVE),
+                Curve("this series", "first", x, 100.0 * np.array(ours) / MOVE),
+                Curve("another one of 4.6 s", "second", x, 100.0 * np.array(known) / MOVE),
             ),
         )
 
@@ -248,7 +232,7 @@ def _successive(series: SeriesEvidence) -> ReproducedFigure:
         for role, each in zip(_ROLES, there, strict=True):
             left = np.maximum(np.abs(each.error), each.swing) / MOVE
             curves.append(
-                _curve(
+                Curve(
                     f"{100 * each.friction_error:+g} %".replace("-", "−"),
                     role,
                     np.arange(left.size + 1.0),

@@ -29,7 +29,7 @@ FEEDBACK, RIGID = "PD and notch", "PAPWC, as if rigid"
 """Of the rivals, those that the source speaks of."""
 _CASES = (EXACT, NOISY)
 LANDING_PIECES = 2 * len(_CASES) + 2
-"""How often `gather_landings` tells that a piece of work is done."""
+"""Pieces of work of `gather_landings`."""
 
 _NOTED = 10  # samples between two notes of the estimates
 

@@ -63,9 +63,9 @@ class MoveOutcome:
     landed: bool  #: Whether both errors were within the bound.
     #: From which on they were [s]; None if they were not.
     time: float | None = quantity_field("time")
-    series: int | None = None  #: That were fired; None for a controller that knows none.
-    #: Whether the controller itself says that it has landed; None if it cannot tell.
-    said: bool | None = None
+    series: int | None = None  #: That were fired; None for a controller without series.
+    #: Whether the controller reports that it has landed; None if it reports nothing.
+    reported: bool | None = None
     #: The farthest that either mass ever was from the way between start and target, over the move
     #: [1].
     farthest: float
@@ -142,9 +142,9 @@ def landed_moves(arm: RandomArm, case: Case, controller: LandingController) -> l
             efforts.append(effort)
         begun += len(efforts)
         motion = _Motion(np.array(states), np.array(efforts))
-        said = controller.outcome(state) is PositioningOutcome.REACHED
+        reported = controller.outcome(state) is PositioningOutcome.REACHED
         fired = len(state.flights) - before
-        found.append(_judged(arm, case, motion, start, target, series=fired, said=said))
+        found.append(_judged(arm, case, motion, start, target, series=fired, reported=reported))
         start = target
     return found
 
@@ -157,7 +157,7 @@ def _judged(
     target: float,
     *,
     series: int | None = None,
-    said: bool | None = None,
+    reported: bool | None = None,
 ) -> MoveOutcome:
     way = abs(target - start)
     x1, _, x2, v2 = motion.states.T
@@ -176,7 +176,7 @@ def _judged(
         landed=landed,
         time=arrived * SAMPLING_TIME if landed else None,
         series=series,
-        said=said,
+        reported=reported,
         farthest=max(float(beyond.max()), 0.0) / way,
         peak_effort=float(np.abs(motion.effort).max()) / arm.effort_limit,
     )
@@ -200,7 +200,7 @@ def score(
         if each.time is not None
     ]
     series = [float(each.series) for each in moves if each.series is not None]
-    judged = [(each.said, each.landed) for each in moves if each.said is not None]
+    judged = [(each.reported, each.landed) for each in moves if each.reported is not None]
     return LandingScore(
         controller=name,
         case=case.name,
@@ -222,7 +222,7 @@ def score(
         swing=Spread.of([each.swing for each in moves]),
         time_ratio=Spread.of(ratios) if ratios else None,
         series=Spread.of(series) if series else None,
-        misjudged=sum(said and not landed for said, landed in judged) / len(judged)
+        misjudged=sum(reported and not landed for reported, landed in judged) / len(judged)
         if judged
         else None,
         farthest=max(each.farthest for each in moves),

@@ -38,7 +38,7 @@ _LEFT = (
 _WRONG = (-0.05, -0.01, 0.01, 0.05)
 _SERIES = 3
 SERIES_PIECES = len(_EXPECTED) + len(_LEFT) + 2 * len(_WRONG)
-"""How often `gather_series` tells that a piece of work is done."""
+"""Pieces of work of `gather_series`."""
 
 State = tuple[float, float, float, float]
 

@@ -11,11 +11,7 @@ from stickslip.planning import PulseSeriesPlanner
 from stickslip.tasks.parallel import in_parallel
 from studies.van_de_wijdeven.conjunction.cases import CASES, EXACT, NOISY, WRONG, Case
 from studies.van_de_wijdeven.conjunction.contenders import LANDINGS, RIVALS, landing_controller
-from studies.van_de_wijdeven.conjunction.random_arms import (
-    SAMPLING_TIME,
-    RandomArm,
-    random_arms,
-)
+from studies.van_de_wijdeven.conjunction.random_arms import SAMPLING_TIME, RandomArm, random_arms
 from studies.van_de_wijdeven.conjunction.scoring import (
     MoveOutcome,
     landed_moves,

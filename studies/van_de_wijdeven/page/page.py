@@ -2,13 +2,14 @@
 
 import base64
 import html
+import re
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
 from stickslip.presentation.page import Markup, Page, Section, rendered
+from stickslip.presentation.table import Table
 from studies.van_de_wijdeven.page.conjunction_sections import conjunction_sections
-from studies.van_de_wijdeven.page.dense import prose, section
 from studies.van_de_wijdeven.page.energy_sections import energy_sections
 from studies.van_de_wijdeven.page.pulse_sections import pulse_sections
 from studies.van_de_wijdeven.records import (
@@ -20,6 +21,7 @@ from studies.van_de_wijdeven.records import (
     Reproduction,
 )
 
+_SYMBOL = re.compile(r"\b([A-Za-zÂσ]\u0302?)_([a-z]+\d?(?:,max)?|\d)")
 _PARTS = {"A": "part A", "B": "part B", "conjunction": "concluding remarks"}
 
 
@@ -36,18 +38,18 @@ def reproduction_page(reproduction: Reproduction, pictures: Mapping[str, bytes])
             name=reproduction.title,
             lead=[Markup(_lead(reproduction))],
             sections=[
-                section("claims", "The source's claims", _claims(reproduction.claims)),
-                *_own_sections(reproduction),
-                section("figures", "Figures", figures),
-                section("provenance", "Provenance", _provenance(reproduction)),
+                Section("claims", "The source's claims", [Markup(_claims(reproduction.claims))]),
+                *own_sections(reproduction),
+                Section("figures", "Figures", [Markup(figures)]),
+                Section("provenance", "Provenance", [_provenance(reproduction)]),
             ],
             version=reproduction.stickslip_version,
         )
     )
 
 
-def _own_sections(reproduction: Reproduction) -> tuple[Section, ...]:
-    """Return what only this part of the source has."""
+def own_sections(reproduction: Reproduction) -> tuple[Section, ...]:
+    """Return the sections that only this part of the source has."""
     match reproduction:
         case EnergyReproduction():
             return energy_sections(reproduction)
@@ -86,7 +88,7 @@ def _lead(reproduction: Reproduction) -> str:
     )
     between = "".join(f", {each}" for each in partly)
     return (
-        f"<p>{prose(reproduction.setting)}</p>\n"
+        f"<p>{_prose(reproduction.setting)}</p>\n"
         f"<p>Of {len(reproduction.claims)} claims of the source, {agree} with what was measured"
         f"{between} and {differ}.</p>\n"
     )
@@ -110,12 +112,12 @@ def _claim_table(claims: Sequence[Claim]) -> str:
         cells = (
             ("Measured", _measured(claim)),
             ("Verdict", _verdict(claim)),
-            ("Why", prose(claim.why)),
+            ("Why", _prose(claim.why)),
         )
         body = "".join(f'<td data-label="{label}"><div>{text}</div></td>' for label, text in cells)
         rows.append(
-            f'<tr><th scope="row">{prose(claim.statement)}'
-            f"<span class='meaning'>{prose(claim.place)}</span></th>{body}</tr>\n"
+            f'<tr><th scope="row">{_prose(claim.statement)}'
+            f"<span class='meaning'>{_prose(claim.place)}</span></th>{body}</tr>\n"
         )
     heads = "".join(
         f'<th scope="col">{name}</th>' for name in ("The source says", "Measured", "Verdict", "Why")
@@ -132,15 +134,15 @@ def _measured(claim: Claim) -> str:
     for quantity, measures in groupby(claim.measures, key=lambda each: each.quantity):
         values = list(measures)
         limits = values[0].limits
-        meaning = f"<span class='meaning'>{prose(limits)}</span>" if limits else ""
+        meaning = f"<span class='meaning'>{_prose(limits)}</span>" if limits else ""
         lone = len(values) == 1 and not values[0].case
         items = "".join(
             f'<li class="{("yes" if each.agrees else "no") if each.decides else ""}">'
-            f"{prose(f'{quantity if lone else each.case}: {each.value_text}')}"
+            f"{_prose(f'{quantity if lone else each.case}: {each.value_text}')}"
             f"{meaning if lone else ''}</li>"
             for each in values
         )
-        head = "" if lone else f"<div>{prose(quantity)}{meaning}</div>"
+        head = "" if lone else f"<div>{_prose(quantity)}{meaning}</div>"
         blocks.append(f'{head}<ul class="readings">{items}</ul>')
     return "".join(blocks)
 
@@ -159,21 +161,26 @@ def _figure(figure: ReproducedFigure, picture: bytes) -> str:
     return (
         f'<figure id="figure-{figure.number}">'
         f'<img alt="{title}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{prose(figure.caption)}</figcaption></figure>\n"
+        f"<figcaption>{_prose(figure.caption)}</figcaption></figure>\n"
     )
 
 
-def _provenance(reproduction: Reproduction) -> str:
-    rows = [
-        ("stickslip", html.escape(reproduction.stickslip_version)),
-        *((html.escape(name), str(value)) for name, value in reproduction.options.items()),
-        (
-            "Source",
-            "J. J. M. van de Wijdeven, Conjunction of “Energy-based approach for estimating "
-            "Coulomb and viscous friction” and “Adaptive pulse amplitude pulse width control of "
-            "systems subject to Coulomb and viscous friction”, Technische Universiteit Eindhoven, "
-            "DCT 2002-29, 2002",
-        ),
-    ]
-    body = "".join(f'<tr><th scope="row">{term}</th><td>{value}</td></tr>' for term, value in rows)
-    return f'<table class="options"><tbody>{body}</tbody></table>\n'
+def _provenance(reproduction: Reproduction) -> Table:
+    return Table.of_facts(
+        [
+            ("stickslip", reproduction.stickslip_version),
+            *((name, str(value)) for name, value in reproduction.options.items()),
+            (
+                "Source",
+                "J. J. M. van de Wijdeven, Conjunction of “Energy-based approach for estimating "
+                "Coulomb and viscous friction” and “Adaptive pulse amplitude pulse width control "
+                "of systems subject to Coulomb and viscous friction”, Technische Universiteit "
+                "Eindhoven, DCT 2002-29, 2002",
+            ),
+        ]
+    )
+
+
+def _prose(text: str) -> str:
+    """Return plain text as HTML, with the indices of its symbols set low."""
+    return _SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", html.escape(text))

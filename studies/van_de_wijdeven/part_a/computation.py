@@ -11,13 +11,7 @@ from stickslip.records import whole
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.loops import LOOPS_SETTING, setting_values
 from studies.van_de_wijdeven.records import EnergyReproduction
-from studies.van_de_wijdeven.writing import (
-    Progress,
-    Reproduced,
-    checked_workers,
-    counted,
-    write_reproduction,
-)
+from studies.van_de_wijdeven.writing import Progress, Reproduced, counted, write_reproduction
 
 _FEWEST_RUNS = 5
 _STREAM = 2  # of the seeds; sequences and the Monte Carlo study have their own
@@ -41,9 +35,9 @@ def reproduce_part_a(
     folder in which nothing can be written, are an InputError.
     """
     whole("runs", runs, least=_FEWEST_RUNS)
-    seed, workers = whole("seed", seed), checked_workers(workers)
-    tell: Progress = progress or (lambda _done, _all: None)
-    return write_reproduction(folder, "part-a", lambda: _computed(runs, seed, workers, tell))
+    return write_reproduction(
+        folder, "part-a", partial(_computed, runs), seed=seed, workers=workers, progress=progress
+    )
 
 
 def _computed(runs: int, seed: int, workers: int, progress: Progress) -> EnergyReproduction:

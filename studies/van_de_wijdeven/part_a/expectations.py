@@ -14,11 +14,11 @@ from studies.van_de_wijdeven.part_a.noise_compensation import (
     double_absolute_mean,
     double_absolute_mean_polynomial,
 )
-from studies.van_de_wijdeven.records import Curve, CurveRole, Panel, ReproducedFigure
+from studies.van_de_wijdeven.records import Curve, Panel, ReproducedFigure
 
 _RANGE = 3.0  # standard deviations up to which the source's polynomials hold
 _POINTS = 601
-_DRAWS = 200_000  # enough to tell 0.002 standard deviations
+_DRAWS = 200_000  # enough to resolve 0.002 standard deviations
 _MEANS = (0.0, 2.0)  # of Figure 5.1 [standard deviations]
 _SPEEDS = (0.0, 0.5, 1.0, 2.0, 3.0)  # where Eq. 5.20 is checked [standard deviations]
 _KOLMOGOROV_95 = 1.358  # limit of the distance of n draws, times the root of n (n large)
@@ -102,12 +102,6 @@ def expectation_figures() -> tuple[ReproducedFigure, ...]:
     return _densities(), _expected_value(), _double_expectation()
 
 
-def _curve(
-    label: str, role: CurveRole, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"]
-) -> Curve:
-    return Curve(label=label, role=role, x=x, y=y)
-
-
 def _densities() -> ReproducedFigure:
     x = np.linspace(-4.0, 6.0, _POINTS)
     return ReproducedFigure(
@@ -125,8 +119,8 @@ def _densities() -> ReproducedFigure:
                 x_label="y, in σ",
                 y_label="density, in 1/σ",
                 curves=(
-                    _curve("y = v", "second", x, np.exp(-0.5 * (x - mean) ** 2) / _ROOT_TWO_PI),
-                    _curve("y = |v|", "first", x, absolute_density(x, mean, 1.0)),
+                    Curve("y = v", "second", x, np.exp(-0.5 * (x - mean) ** 2) / _ROOT_TWO_PI),
+                    Curve("y = |v|", "first", x, absolute_density(x, mean, 1.0)),
                 ),
             )
             for mean in _MEANS
@@ -153,14 +147,9 @@ def _expected_value() -> ReproducedFigure:
                 x_label=f"true {_VELOCITY}",
                 y_label=_ABSOLUTE,
                 curves=(
-                    _curve("true |v|", "truth", x, np.abs(x)),
-                    _curve("expected of the measured |v|", "first", x, absolute_mean(x, 1.0)),
-                    _curve(
-                        "polynomial of order six",
-                        "third",
-                        x,
-                        absolute_mean_polynomial(x, 1.0),
-                    ),
+                    Curve("true |v|", "truth", x, np.abs(x)),
+                    Curve("expected of the measured |v|", "first", x, absolute_mean(x, 1.0)),
+                    Curve("polynomial of order six", "third", x, absolute_mean_polynomial(x, 1.0)),
                 ),
             ),
         ),
@@ -187,9 +176,9 @@ def _double_expectation() -> ReproducedFigure:
                 x_label=f"measured {_VELOCITY}",
                 y_label=_ABSOLUTE,
                 curves=(
-                    _curve("measured |v|", "truth", x, np.abs(x)),
-                    _curve("exact h(|v|)", "first", x, double_absolute_mean(x, 1.0)),
-                    _curve(
+                    Curve("measured |v|", "truth", x, np.abs(x)),
+                    Curve("exact h(|v|)", "first", x, double_absolute_mean(x, 1.0)),
+                    Curve(
                         "Eq. 5.24, from order six",
                         "third",
                         x,
@@ -202,15 +191,12 @@ def _double_expectation() -> ReproducedFigure:
                 x_label=f"measured {_ABSOLUTE} (dashed: true)",
                 y_label="bias, in σ",
                 curves=(
-                    _curve("what noise adds", "truth", s, absolute_mean(s, 1.0) - s),
-                    _curve("exact h(|v|) − |v|", "first", s, absolute_bias(s, 1.0)),
-                    _curve(
-                        "Eq. 5.24 − |v|",
-                        "third",
-                        s,
-                        double_absolute_mean_polynomial(s, 1.0) - s,
+                    Curve("what noise adds", "truth", s, absolute_mean(s, 1.0) - s),
+                    Curve("exact h(|v|) − |v|", "first", s, absolute_bias(s, 1.0)),
+                    Curve(
+                        "Eq. 5.24 − |v|", "third", s, double_absolute_mean_polynomial(s, 1.0) - s
                     ),
-                    _curve(
+                    Curve(
                         "polynomial of order four",
                         "fourth",
                         s,

@@ -80,21 +80,19 @@ def _input_energy(loop: Loop, why: str) -> Row:
         f"input energy, {loop}",
         f"Eq. 5.5, {loop}",
         "Noise in the measurements has no effect on the input energy in expectation.",
-        (
-            *_expected(
-                "input energy at the end, measured less true",
-                "J",
-                lambda each: each.input_energy,
-                0.0,
-                loop,
-            ),
-            Quantity(
-                "the same by the sum that is exact under a held input",
-                "J",
-                lambda e: _mean(e.study.effects[loop], lambda each: each.held_input_energy),
-            ),
-        ),
         why,
+        *_expected(
+            "input energy at the end, measured less true",
+            "J",
+            lambda each: each.input_energy,
+            0.0,
+            loop,
+        ),
+        Quantity(
+            "the same by the sum that is exact under a held input",
+            "J",
+            lambda e: _mean(e.study.effects[loop], lambda each: each.held_input_energy),
+        ),
     )
 
 
@@ -115,171 +113,148 @@ NOISE_CLAIMS = (
         "kinetic energy",
         "Eq. 5.6",
         "Noise adds ½ m₁ σ_v1² + ½ m₂ σ_v2² to the kinetic energy.",
-        _expected(
+        "The square of the noise has this mean whatever the motion.",
+        *_expected(
             "kinetic energy, measured less true", "J", lambda each: each.kinetic_energy, _KINETIC
         ),
-        "The square of the noise has this mean whatever the motion.",
     ),
     Row(
         "potential energy",
         "Eq. 5.7",
         "Noise adds ½ k_s (σ_w1² + σ_w2²) to the potential energy (k₂ in print is k_s).",
-        (
-            *_expected(
-                "potential energy, measured less true",
-                "J",
-                lambda each: each.potential_energy,
-                _POTENTIAL,
-            ),
-            *_expected(
-                "of it, what is quadratic in the noise",
-                "J",
-                lambda each: each.potential_square,
-                _POTENTIAL,
-            ),
-        ),
         "The spring's length carries the noise of both positions.",
+        *_expected(
+            "potential energy, measured less true",
+            "J",
+            lambda each: each.potential_energy,
+            _POTENTIAL,
+        ),
+        *_expected(
+            "of it, what is quadratic in the noise",
+            "J",
+            lambda each: each.potential_square,
+            _POTENTIAL,
+        ),
     ),
     Row(
         "sign of the bracket",
         "Eq. 5.26",
         "The biases of the stored energies stand with a plus in the measured dissipation.",
-        _expected(
+        "Stored energy is subtracted from the input energy, so what noise adds to it is missing "
+        "from the dissipation: the printed sign is wrong. A compensation has to add the bracket, "
+        "as is done here.",
+        *_expected(
             "measured dissipation, measured less true",
             "J",
             lambda each: -each.kinetic_energy - each.potential_energy,
             _KINETIC + _POTENTIAL,
         ),
-        "Stored energy is subtracted from the input energy, so what noise adds to it is missing "
-        "from the dissipation: the printed sign is wrong. A compensation has to add the bracket, "
-        "as is done here.",
     ),
     Row(
         "density",
         "Eq. 5.16, Fig. 5.1",
         "The density of |v| is zero below zero, and the part of the density of v there is folded "
         "over and added.",
-        (
-            Quantity(
-                "largest distance of random draws, over their 95 % limit (Kolmogorov)",
-                "1",
-                lambda e: e.absolute_value.density_distance,
-                high=1.1,
-            ),
-        ),
         "It is the density of a folded normal.",
+        Quantity(
+            "largest distance of random draws, over their 95 % limit (Kolmogorov)",
+            "1",
+            lambda e: e.absolute_value.density_distance,
+            high=1.1,
+        ),
     ),
     Row(
         "expected absolute value",
         "Eq. 5.20, Fig. 5.2",
         "The expected absolute value of a noisy velocity is √(2/π) σ exp(−v²/2σ²) + v erf(v/√2σ).",
-        (
-            Quantity(
-                "largest deviation of means of random draws at five velocities",
-                "standard errors",
-                lambda e: e.absolute_value.mean_deviation,
-                high=_SPREADS,
-            ),
-        ),
         "The integral of Eq. 5.18 is solved correctly.",
+        Quantity(
+            "largest deviation of means of random draws at five velocities",
+            "standard errors",
+            lambda e: e.absolute_value.mean_deviation,
+            high=_SPREADS,
+        ),
     ),
     Row(
         "polynomial of order six",
         "Eqs. 5.21, 5.22",
         "A polynomial of order six stands for Eq. 5.20 within ±3 σ_v (print: ±3 v).",
-        (
-            Quantity(
-                "largest error", "σ", lambda e: e.absolute_value.sixth_order_error, high=_FITTED
-            ),
-        ),
         "The expected value is even and smooth. It is a closed form, so no polynomial is needed.",
+        Quantity("largest error", "σ", lambda e: e.absolute_value.sixth_order_error, high=_FITTED),
     ),
     Row(
         "polynomial of order four",
         "5, after Eq. 5.24",
         "A polynomial of order four in |v| stands for the final bias.",
-        (
-            Quantity(
-                "largest error against Eq. 5.24 less |v|, within 3 σ",
-                "σ",
-                lambda e: e.absolute_value.fourth_order_error,
-                high=_FITTED,
-            ),
-        ),
         "With odd powers, as |v| itself is one, four orders are enough.",
+        Quantity(
+            "largest error against Eq. 5.24 less |v|, within 3 σ",
+            "σ",
+            lambda e: e.absolute_value.fourth_order_error,
+            high=_FITTED,
+        ),
     ),
     Row(
         "double expectation",
         "Eqs. 5.24, 5.27",
         "Subtracting the double expectation less |v| compensates the noise in |v|.",
-        (
-            Quantity(
-                "left in expectation at rest",
-                "σ",
-                lambda e: e.absolute_value.added_at_rest - e.absolute_value.removed_at_rest,
-                -_REMOVED,
-                _REMOVED,
-            ),
-            Quantity(
-                "left in expectation at 2 σ",
-                "σ",
-                lambda e: e.absolute_value.added_in_motion - e.absolute_value.removed_in_motion,
-                -_REMOVED,
-                _REMOVED,
-            ),
-            Quantity(
-                "largest error of Eq. 5.24 against its exact form, within 3 σ",
-                "σ",
-                lambda e: e.absolute_value.double_mean_error,
-            ),
-        ),
         "The bias is a function of the true velocity. Taking the expectation once more at the "
         "measured velocity spreads it: too little is subtracted at rest, too much in slow motion. "
         "Averaging the polynomial of order six takes it beyond the 3 σ it holds for.",
+        Quantity(
+            "left in expectation at rest",
+            "σ",
+            lambda e: e.absolute_value.added_at_rest - e.absolute_value.removed_at_rest,
+            -_REMOVED,
+            _REMOVED,
+        ),
+        Quantity(
+            "left in expectation at 2 σ",
+            "σ",
+            lambda e: e.absolute_value.added_in_motion - e.absolute_value.removed_in_motion,
+            -_REMOVED,
+            _REMOVED,
+        ),
+        Quantity(
+            "largest error of Eq. 5.24 against its exact form, within 3 σ",
+            "σ",
+            lambda e: e.absolute_value.double_mean_error,
+        ),
     ),
     Row(
         "viscous regressor",
         "Eq. 5.25",
         "Noise adds σ_v1² k T to the viscous regressor (its sum has k + 1 terms).",
-        _expected(
+        "The square of the noise has the mean σ² in every sample.",
+        *_expected(
             "sum of squared velocities at the end, measured less true",
             "m²/s",
             lambda each: each.viscous_regressor,
             _VISCOUS,
         ),
-        "The square of the noise has the mean σ² in every sample.",
     ),
     Row(
         "slow motion",
         "5, 6.1",
         "The bias of the Coulomb regressor depends on time and on the velocity, and is dominant "
         "when velocities are small.",
-        (
-            Quantity(
-                "noise added to |v| at rest, over that beyond 3 σ_v",
-                "1",
-                _speed_ratio,
-                low=10.0,
-            ),
-        ),
         "Where the sign of the velocity is certain, noise averages out of its absolute value; at "
         "rest all of it counts, sample after sample.",
+        Quantity("noise added to |v| at rest, over that beyond 3 σ_v", "1", _speed_ratio, low=10.0),
     ),
     Row(
         "neglected term",
         "6.1, Eq. 6.2",
         "σ_v1² k T is an order σ_v1 smaller than W_c, and therefore neglected in f(kT).",
-        (
-            Quantity(
-                "ratio of what noise adds to both regressors in a run",
-                "m/s",
-                _regressor_ratio,
-                surrogate.VELOCITY_NOISE / _ORDER,
-                surrogate.VELOCITY_NOISE * _ORDER,
-            ),
-        ),
         "At rest W_c grows with 0.8 σ_v and the other with σ_v², so that their ratio is about 1.25 "
         "σ_v, and more as W_c does not grow while the mass is fast. At rest both grow with time "
         "alone, so S can stand for either.",
+        Quantity(
+            "ratio of what noise adds to both regressors in a run",
+            "m/s",
+            _regressor_ratio,
+            surrogate.VELOCITY_NOISE / _ORDER,
+            surrogate.VELOCITY_NOISE * _ORDER,
+        ),
     ),
 )

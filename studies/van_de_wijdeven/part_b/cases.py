@@ -30,8 +30,6 @@ SMALL = "P(0) = 1e-5 I"
 LARGE = "P(0) = 1e5 I"
 READINGS = {PWC: (CALCULATED, APPLIED), PAPWC: (SMALL, LARGE)}
 """By controller; the printed one first."""
-KEYS = {CALCULATED: "calculated", APPLIED: "applied", SMALL: "small_p", LARGE: "large_p"}
-"""Prefix of the names of numbers, by reading."""
 
 Key = tuple[str, str, float | None]
 """Controller, reading, and t_p,max [s] or None."""

@@ -1,18 +1,13 @@
 """Part B of the source, whole: computed, judged, and put together."""
 
+from functools import partial
 from pathlib import Path
 
 from stickslip import __version__
 from stickslip.records import whole
 from studies.van_de_wijdeven.part_b.setting import SETTING, setting_values
 from studies.van_de_wijdeven.records import PulseReproduction
-from studies.van_de_wijdeven.writing import (
-    Progress,
-    Reproduced,
-    checked_workers,
-    counted,
-    write_reproduction,
-)
+from studies.van_de_wijdeven.writing import Progress, Reproduced, counted, write_reproduction
 
 _FEWEST_AXES = 25
 _STARTS = 40  # of each case of the study of resolution
@@ -35,9 +30,9 @@ def reproduce_part_b(
     their noise; the figures and claims do not depend on them. All else as `reproduce_part_a`.
     """
     whole("axes", axes, least=_FEWEST_AXES)
-    seed, workers = whole("seed", seed), checked_workers(workers)
-    tell: Progress = progress or (lambda _done, _all: None)
-    return write_reproduction(folder, "part-b", lambda: _computed(axes, seed, workers, tell))
+    return write_reproduction(
+        folder, "part-b", partial(_computed, axes), seed=seed, workers=workers, progress=progress
+    )
 
 
 def _computed(axes: int, seed: int, workers: int, progress: Progress) -> PulseReproduction:

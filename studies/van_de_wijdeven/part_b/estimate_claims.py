@@ -107,134 +107,116 @@ ESTIMATE_CLAIMS = (
         "first estimate",
         "4",
         "Both algorithms begin with the same b̂(0), 1.375 b, for f_c,est = 0.8 f_c.",
-        (Quantity("b̂(0)/b", "1", _first_gains, 1.375 - _LEAST, 1.375 + _LEAST),),
         "Eqs. 4 and 16 with the same mass and friction.",
+        Quantity("b̂(0)/b", "1", _first_gains, 1.375 - _LEAST, 1.375 + _LEAST),
     ),
     Row(
         "faster adaptation",
         "4, Figs. 7, 8",
         "PAPWC adapts much faster than PWC, although both begin with the same inverse covariance.",
-        (
-            Quantity(
-                "error of prediction removed by the first pulse with the bound, over that of PWC",
-                "1",
-                by_reading(PAPWC, _faster),
-                low=2.0,
-            ),
-        ),
         "PWC weighs its first pulse by F(0) t_p⁴, PAPWC by about P(0) f_p⁴ T_x⁴. With F(0) = 1e5 "
         "and P(0) = 1e-5 I that is nearly the same by chance, as f_p⁴ = 0.81e10 N⁴. The sentence "
         "is true of P(0) = 1e5 I only, which is an argument for that reading.",
+        Quantity(
+            "error of prediction removed by the first pulse with the bound, over that of PWC",
+            "1",
+            by_reading(PAPWC, _faster),
+            low=2.0,
+        ),
     ),
     Row(
         "gain above the truth",
         "4, Fig. 8",
         "In run 10 without a bound, b̂ is larger than the theoretical b, and yet the first pulse "
         "nearly reaches the target.",
-        (
-            Quantity(
-                "b̂/b at the start of run 10",
-                "1",
-                by_reading(PAPWC, lambda e, free, _: float(relative_gains(e, free, LAST)[0])),
-                low=1.0 + _LEAST,
-            ),
-            Quantity(
-                "largest distance that one pulse can reach with such a b̂", "m", _farthest_start
-            ),
-        ),
         f"It cannot be, from {1e3 * START_ERROR:g} mm, in any reading: the width for a b̂ above b "
         "is too short for that distance. The source calls it unexpected and does not print the "
         "distance.",
+        Quantity(
+            "b̂/b at the start of run 10",
+            "1",
+            by_reading(PAPWC, lambda e, free, _: float(relative_gains(e, free, LAST)[0])),
+            low=1.0 + _LEAST,
+        ),
+        Quantity("largest distance that one pulse can reach with such a b̂", "m", _farthest_start),
     ),
     Row(
         "one large pulse",
         "4, Fig. 8",
         "In run 10 without a bound, only one large pulse is driving the system.",
-        (
-            Quantity(
-                "pulses of at least 20 % of the start error",
-                "pulses",
-                by_reading(PAPWC, _large_pulses),
-                1.0,
-                1.0,
-            ),
-        ),
         "By then b̂ has become what a pulse of 10 mm needs.",
+        Quantity(
+            "pulses of at least 20 % of the start error",
+            "pulses",
+            by_reading(PAPWC, _large_pulses),
+            1.0,
+            1.0,
+        ),
     ),
     Row(
         "little learned from small errors",
         "4, Fig. 8",
         "Small errors of position result in a small ξ and almost no update.",
-        (
-            Quantity(
-                "largest relative change of b̂ by the pulses of run 10 after the first, no bound",
-                "1",
-                by_reading(PAPWC, _late_change),
-                high=_HARDLY,
-            ),
-        ),
         "ξ is small with the displacement, and the regressor with it.",
+        Quantity(
+            "largest relative change of b̂ by the pulses of run 10 after the first, no bound",
+            "1",
+            by_reading(PAPWC, _late_change),
+            high=_HARDLY,
+        ),
     ),
     Row(
         "only the ratio",
         "4, Fig. 8",
         "Two parameters are estimated from one equation, so only their ratio can be derived.",
-        (
-            Quantity(
-                "relative change of Â_2/Â_1 = f̂_c by pulses of another shape",
-                "1",
-                _change_by_shape,
-                high=_HARDLY,
-            ),
-        ),
         "What equal pulses determine is the combination A_1 f² − A_2 f at their own effort, here b "
         f"at {PULSE_EFFORT:g} N. The ratio is just what they leave open; it stays where the first "
         "guess and P(0) put it.",
+        Quantity(
+            "relative change of Â_2/Â_1 = f̂_c by pulses of another shape",
+            "1",
+            _change_by_shape,
+            high=_HARDLY,
+        ),
     ),
     Row(
         "finer sampling",
         "4, Fig. 8",
         "If the sampling time is decreased, b̂ is smaller than the theoretical b again.",
-        (
-            Quantity(
-                "largest b̂/b at the end of run 10 without a bound, at "
-                + " and ".join(f"{1e3 * T:g} ms" for T in FINER),
-                "1",
-                _finer_gain,
-                high=1.0 - _LEAST,
-            ),
-        ),
         "Viscous friction lowers the b̂ of a wide pulse, at any sampling time.",
+        Quantity(
+            "largest b̂/b at the end of run 10 without a bound, at "
+            + " and ".join(f"{1e3 * T:g} ms" for T in FINER),
+            "1",
+            _finer_gain,
+            high=1.0 - _LEAST,
+        ),
     ),
     Row(
         "opposite changes",
         "4, Fig. 9",
         "b̂ increases when f̂_c decreases and vice versa.",
-        (
-            Quantity(
-                "share of the updates of all runs in which they do",
-                "1",
-                by_reading(PAPWC, _opposite),
-                low=1.0,
-            ),
-        ),
         "True if A_2 stays as it is, as with P(0) = 1e-5 I: A_1 changes f_p² times as much. With "
         "1e5 I both are learned, and b̂ can rise with f̂_c.",
+        Quantity(
+            "share of the updates of all runs in which they do",
+            "1",
+            by_reading(PAPWC, _opposite),
+            low=1.0,
+        ),
     ),
     Row(
         "fluctuation with P laid anew",
         "4",
         "Without carrying P from run to run, b̂ and f̂_c fluctuate more in run 10, with more "
         "overshoot.",
-        (
-            Quantity(
-                "range of b̂/b over run 10, with P laid anew less with P carried",
-                "1",
-                by_bound(_wider_anew),
-                low=1e-12,
-            ),
-        ),
         "There is no noise to fluctuate with. Without a bound, adapting anew leads to the b̂ that "
         "hits at once, and then nothing is left to adapt; with the bound it is still on its way.",
+        Quantity(
+            "range of b̂/b over run 10, with P laid anew less with P carried",
+            "1",
+            by_bound(_wider_anew),
+            low=1e-12,
+        ),
     ),
 )

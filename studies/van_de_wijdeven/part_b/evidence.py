@@ -32,7 +32,7 @@ GUESSES = (GUESS, 1.0, 1.5)
 _UNLEARNED = 1e-30  # P(0), so small that no pulse changes the estimates
 _TIGHT = 1e-9  # a tolerance below every displacement [m]
 PIECES = 2 * len(CASES) + len(READINGS[PAPWC]) * (len(FINER) + 4) + 1 + len(GUESSES)
-"""How often `gather` tells that a piece of work is done."""
+"""Pieces of work of `gather`."""
 
 
 @dataclass(frozen=True, kw_only=True)

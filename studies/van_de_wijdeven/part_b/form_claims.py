@@ -133,178 +133,152 @@ FORM_CLAIMS = (
         "effort below the limit",
         "3.2",
         "Rounding the width up makes the amplitude at most the maximum f_p.",
-        (
-            Quantity(
-                "largest effort of any run",
-                "N",
-                by_reading(PAPWC, _largest_effort),
-                high=PULSE_EFFORT,
-            ),
-        ),
         "Eq. 15 is f_p for t_p = T_x and falls with t_p, as long as 0 < f̂_c < f_p.",
+        Quantity(
+            "largest effort of any run", "N", by_reading(PAPWC, _largest_effort), high=PULSE_EFFORT
+        ),
     ),
     Row(
         "same displacement",
         "3.2, Eq. 14",
         "The trimmed pulse causes the same displacement as the one before rounding.",
-        (
-            Quantity(
-                "largest relative difference by Eq. 3, up to 0.1 s, of pulses that move the mass",
-                "1",
-                _trimming_error,
-                high=_SAME,
-            ),
-        ),
         "Eq. 14 holds without viscous friction, whose effect on both is nearly the same. Static "
         "friction is in no equation of section 3.2.",
+        Quantity(
+            "largest relative difference by Eq. 3, up to 0.1 s, of pulses that move the mass",
+            "1",
+            _trimming_error,
+            high=_SAME,
+        ),
     ),
     Row(
         "minus root",
         "3.2, Eq. 15",
         "For a negative pulse the ± of Eq. 15 is a minus.",
-        (
-            Quantity(
-                "relative difference in displacement to the mirrored pulse of 0.03 s",
-                "1",
-                _minus_root,
-                high=_SAME,
-            ),
-        ),
         "Eq. 14 is one for |f|. Its minus root is the plus root less f_c; the mirror image is "
         "−(plus root), which is used here.",
+        Quantity(
+            "relative difference in displacement to the mirrored pulse of 0.03 s",
+            "1",
+            _minus_root,
+            high=_SAME,
+        ),
     ),
     Row(
         "known friction",
         "3.2",
         "With a known Coulomb friction the algorithm works, without adaptation.",
-        (
-            Quantity(
-                "runs from the true f_c, without learning, that end within the tolerance",
-                "runs",
-                lambda e: e.unlearned[1.0].reached(0),
-                low=1.0,
-            ),
-            Quantity("final error", "m", lambda e: e.unlearned[1.0].final_error(0)),
-        ),
         "Each pulse removes most of the error that is left, as 0 < b/b̂ < 2.",
+        Quantity(
+            "runs from the true f_c, without learning, that end within the tolerance",
+            "runs",
+            lambda e: e.unlearned[1.0].reached(0),
+            low=1.0,
+        ),
+        Quantity("final error", "m", lambda e: e.unlearned[1.0].final_error(0)),
     ),
     Row(
         "adaptation is needed",
         "Abstract; 3.2",
         "With an uncertain friction, adaptation is necessary to track the desired position "
         "accurately.",
-        (
-            Quantity(
-                "runs from wrong guesses, without learning, that end within the tolerance",
-                "runs",
-                lambda e: sum(e.unlearned[guess].reached(0) for guess in _WRONG),
-                high=0.0,
-            ),
-            Quantity(
-                "least final error of these runs",
-                "m",
-                lambda e: min(abs(e.unlearned[guess].final_error(0)) for guess in _WRONG),
-            ),
-        ),
         "With a guess too low the last pulses become weaker than the static friction and it "
         f"stands, close to the tolerance of {1e6 * TOLERANCE:g} µm; with one too high it cycles, "
         "as its loop gain is too large for small errors.",
+        Quantity(
+            "runs from wrong guesses, without learning, that end within the tolerance",
+            "runs",
+            lambda e: sum(e.unlearned[guess].reached(0) for guess in _WRONG),
+            high=0.0,
+        ),
+        Quantity(
+            "least final error of these runs",
+            "m",
+            lambda e: min(abs(e.unlearned[guess].final_error(0)) for guess in _WRONG),
+        ),
     ),
     Row(
         "estimate of the friction",
         "3.2; 4, Fig. 9",
         "Â_2/Â_1 is an estimate of the Coulomb friction.",
-        (
-            Quantity(
-                "larger relative error after ten runs, with and without a bound",
-                "1",
-                by_reading(PAPWC, _friction_error),
-                high=_NEAR,
-            ),
-        ),
         "Viscous friction is in no equation. With P(0) = 1e-5 I it is estimated as Coulomb "
         "friction; with 1e5 I both parameters contain it, as pulses of one shape do not "
         "distinguish them.",
+        Quantity(
+            "larger relative error after ten runs, with and without a bound",
+            "1",
+            by_reading(PAPWC, _friction_error),
+            high=_NEAR,
+        ),
     ),
     Row(
         "no inversion",
         "3.2, Eqs. 17-21",
         "The recursion does not need to invert F, and gives the same estimates.",
-        (
-            Quantity(
-                "relative difference of b̂ after run 1 with the bound to batch least squares",
-                "1",
-                _each_reading(_batch_difference),
-                high=_EXACT,
-            ),
-        ),
         "It is the matrix inversion lemma: one division by a number replaces the inverse.",
+        Quantity(
+            "relative difference of b̂ after run 1 with the bound to batch least squares",
+            "1",
+            _each_reading(_batch_difference),
+            high=_EXACT,
+        ),
     ),
     Row(
         "printed regressor",
         "3.2, Eq. 22",
         "The regressor of A_1 and A_2 is [f_p² t_p², f_p t_p²].",
-        (
-            Quantity(
-                "least b̂/b with it in run 1 without a bound",
-                "1",
-                _each_reading(_lowest_printed),
-                low=_RANK_ONE,
-            ),
-        ),
         "By Eq. 16 the second entry is −f_p t_p², and of odd sign. With the printed sign the "
         "recursion raises A_2 where it should lower it.",
+        Quantity(
+            "least b̂/b with it in run 1 without a bound",
+            "1",
+            _each_reading(_lowest_printed),
+            low=_RANK_ONE,
+        ),
     ),
     Row(
         "nominal regressor",
         "3.2, Eq. 22",
         "Its f_p and t_p are those before rounding, and two parameters are estimated with it.",
-        (
-            Quantity(
-                "ratio of the singular values of the regressors of run 1 without a bound, nominal",
-                "1",
-                _nominal_condition,
-                low=_RANK_ONE,
-            ),
-            Quantity(
-                "ratio with the applied efforts and widths",
-                "1",
-                lambda e: _applied_condition(e.series[PAPWC, LARGE, UNBOUNDED]),
-            ),
-            Quantity(
-                "ratio of the first 6 pulses with the bound, which are alike",
-                "1",
-                lambda e: _applied_condition(e.series[PAPWC, SMALL, BOUNDED], _ONE_SHAPE),
-            ),
-        ),
         "The nominal effort is always f_p, so all regressors are multiples of [f_p, −1]: only b is "
         "estimated, and f̂_c is that of the first guess. The applied effort and width of Eq. 15, "
         "used here, distinguish the two after pulses of several shapes.",
+        Quantity(
+            "ratio of the singular values of the regressors of run 1 without a bound, nominal",
+            "1",
+            _nominal_condition,
+            low=_RANK_ONE,
+        ),
+        Quantity(
+            "ratio with the applied efforts and widths",
+            "1",
+            lambda e: _applied_condition(e.series[PAPWC, LARGE, UNBOUNDED]),
+        ),
+        Quantity(
+            "ratio of the first 6 pulses with the bound, which are alike",
+            "1",
+            lambda e: _applied_condition(e.series[PAPWC, SMALL, BOUNDED], _ONE_SHAPE),
+        ),
     ),
     Row(
         "choice of delta",
         "3.2; 4",
         "δ can be small without noise; therefore δ⁻¹ = 1e-5 in section 4.",
-        (
-            Quantity(
-                "δ",
-                "1",
-                _each_reading(lambda _, reading: 1.0 / COVARIANCE[reading]),
-                high=1.0 - _SAME,
-            ),
-            Quantity(
-                "least f̂_c without projection",
-                "N",
-                _each_reading(lambda e, reading: float(np.min(_free_friction(e, reading)))),
-            ),
-            Quantity(
-                "largest f̂_c without projection",
-                "N",
-                _each_reading(lambda e, reading: float(np.max(_free_friction(e, reading)))),
-            ),
-        ),
         "The two sections contradict each other: δ⁻¹ = 1e-5 is a large δ. Only read as δ = 1e-5 "
         "does it follow the rule, and then the estimate leaves 0 < f̂_c < f_p; it is kept in that "
         "range here. With P(0) = 1e-5 I, A_2 hardly moves and nothing needs to be kept.",
+        Quantity(
+            "δ", "1", _each_reading(lambda _, reading: 1.0 / COVARIANCE[reading]), high=1.0 - _SAME
+        ),
+        Quantity(
+            "least f̂_c without projection",
+            "N",
+            _each_reading(lambda e, reading: float(np.min(_free_friction(e, reading)))),
+        ),
+        Quantity(
+            "largest f̂_c without projection",
+            "N",
+            _each_reading(lambda e, reading: float(np.max(_free_friction(e, reading)))),
+        ),
     ),
 )

@@ -116,131 +116,117 @@ LAW_CLAIMS = (
         "2.1, Eqs. 2, 3",
         "The displacement of a single pulse is that of Eq. 3, and without viscous friction that of "
         "Eqs. 2 and 4, in the direction of the pulse.",
-        (
-            Quantity(
-                "largest relative difference to the simulation, for pulses of 1, 3 and 9 samples",
-                "1",
-                _closed_form_errors,
-                high=_SAME,
-            ),
-        ),
         "Both are the balance of momentum up to the rest. They hold where the effort exceeds the "
         "static friction; below it nothing moves.",
+        Quantity(
+            "largest relative difference to the simulation, for pulses of 1, 3 and 9 samples",
+            "1",
+            _closed_form_errors,
+            high=_SAME,
+        ),
     ),
     Row(
         "small displacements",
         "2.1",
         "For small displacements viscous friction can be neglected against Coulomb friction: Eq. 2 "
         "is a reasonable approximation.",
-        (
-            Quantity(
-                "relative error of Eq. 2 for one sample",
-                "1",
-                lambda e: _approximation_error(e.law, SAMPLING_TIME),
-                high=0.1,
-            ),
-            Quantity(
-                "relative error of Eq. 2 for three samples",
-                "1",
-                lambda e: _approximation_error(e.law, LONGEST_PULSE),
-            ),
-        ),
         "The effect of viscous friction grows with c t_p/m, which is small for one sample and not "
         "above three.",
+        Quantity(
+            "relative error of Eq. 2 for one sample",
+            "1",
+            lambda e: _approximation_error(e.law, SAMPLING_TIME),
+            high=0.1,
+        ),
+        Quantity(
+            "relative error of Eq. 2 for three samples",
+            "1",
+            lambda e: _approximation_error(e.law, LONGEST_PULSE),
+        ),
     ),
     Row(
         "stable loop gains",
         "2.2, Eq. 9",
         "The loop is stable for 0 < K_c < 2.",
-        (
-            Quantity(
-                "share of an error left after 200 pulses, K_c = 1.9",
-                "1",
-                lambda e: {"b̂ = b": _left(e.law, 1.9, 1.0)},
-                high=_CONVERGED,
-            ),
-            Quantity(
-                "share of an error left after 200 pulses, K_c = 2.1",
-                "1",
-                lambda e: {"b̂ = b": _left(e.law, 2.1, 1.0)},
-                low=_CONVERGED,
-            ),
-            Quantity(
-                "share of an error left after 200 pulses, K_c = 1",
-                "1",
-                lambda e: {f"b̂ = {_UNKNOWN:g} b": _left(e.law, 1.0, _UNKNOWN)},
-                high=_CONVERGED,
-            ),
-        ),
         "The next error is (1 − K_c b/b̂) of this one, so that the condition is 0 < K_c b/b̂ < 2: a "
         "b̂ below half of b makes even K_c = 1 unstable. Rounding widths up to samples adds a limit "
         "cycle that no K_c removes.",
+        Quantity(
+            "share of an error left after 200 pulses, K_c = 1.9",
+            "1",
+            lambda e: {"b̂ = b": _left(e.law, 1.9, 1.0)},
+            high=_CONVERGED,
+        ),
+        Quantity(
+            "share of an error left after 200 pulses, K_c = 2.1",
+            "1",
+            lambda e: {"b̂ = b": _left(e.law, 2.1, 1.0)},
+            low=_CONVERGED,
+        ),
+        Quantity(
+            "share of an error left after 200 pulses, K_c = 1",
+            "1",
+            lambda e: {f"b̂ = {_UNKNOWN:g} b": _left(e.law, 1.0, _UNKNOWN)},
+            high=_CONVERGED,
+        ),
     ),
     Row(
         "large displacements",
         "2.2, 3.1",
         "When the required displacement increases, the approximation is not accurate any more: 10 "
         "mm take 0.092 s, not 0.070 s.",
-        (
-            Quantity(
-                "share by which the pulse of Eq. 4 falls short of 10 mm",
-                "1",
-                lambda e: _shortfall(e.law),
-                low=0.2,
-            ),
-            Quantity("width by Eq. 4", "s", lambda e: width_by_gain(FAR, e.law.gain(PULSE_EFFORT))),
-            Quantity("width by Eq. 3", "s", lambda e: _exact_width(e.law, FAR)),
-        ),
         "At its end the mass moves so fast that viscous friction is no longer small against "
         "Coulomb friction.",
+        Quantity(
+            "share by which the pulse of Eq. 4 falls short of 10 mm",
+            "1",
+            lambda e: _shortfall(e.law),
+            low=0.2,
+        ),
+        Quantity("width by Eq. 4", "s", lambda e: width_by_gain(FAR, e.law.gain(PULSE_EFFORT))),
+        Quantity("width by Eq. 3", "s", lambda e: _exact_width(e.law, FAR)),
     ),
     Row(
         "range of the gain of one pulse",
         "3.1",
         "With t_p,max = 0.03 s, b̂ is between 81 % and 100 % of b.",
-        (
-            Quantity(
-                "least b̂/b with which Eq. 4 meets Eq. 3 up to 0.03 s",
-                "1",
-                lambda e: _fitted_range(e.law)[0],
-                0.805,
-                0.815,
-            ),
-            Quantity("largest", "1", lambda e: _fitted_range(e.law)[1], high=1.0),
-        ),
         "The wider the pulse, the larger is the effect of viscous friction. It is the range of the "
         "gain of one pulse; b̂ itself falls from the first guess, 1.375 b, over several runs.",
+        Quantity(
+            "least b̂/b with which Eq. 4 meets Eq. 3 up to 0.03 s",
+            "1",
+            lambda e: _fitted_range(e.law)[0],
+            0.805,
+            0.815,
+        ),
+        Quantity("largest", "1", lambda e: _fitted_range(e.law)[1], high=1.0),
     ),
     Row(
         "range depends on the parameters",
         "3.1",
         "The lower percentage is a function of the parameters of the system.",
-        (
-            Quantity(
-                "change of the least b̂/b with half the viscous friction",
-                "1",
-                lambda e: _change_with_half(e.law),
-                low=_SAME,
-            ),
-        ),
         "It depends on c t_p/m and f_p/f_c.",
+        Quantity(
+            "change of the least b̂/b with half the viscous friction",
+            "1",
+            lambda e: _change_with_half(e.law),
+            low=_SAME,
+        ),
     ),
     Row(
         "gain of a long pulse for a short one",
         "3.1",
         "With the b̂ of 10 mm, a residual error of 2.0 mm is overshot: 41 ms instead of 36 ms, 2.5 "
         "mm instead of 2.0 mm.",
-        (
-            Quantity(
-                "overshoot of the pulse",
-                "m",
-                lambda e: float(e.law.displacement(PULSE_EFFORT, _wide_for_near(e.law))) - NEAR,
-                0.4e-3,
-                0.6e-3,
-            ),
-            Quantity("width by Eq. 4", "s", lambda e: _wide_for_near(e.law)),
-            Quantity("width by Eq. 3", "s", lambda e: _exact_width(e.law, NEAR)),
-        ),
         "This b̂ contains the viscous friction of a long pulse, of which a short one has less.",
+        Quantity(
+            "overshoot of the pulse",
+            "m",
+            lambda e: float(e.law.displacement(PULSE_EFFORT, _wide_for_near(e.law))) - NEAR,
+            0.4e-3,
+            0.6e-3,
+        ),
+        Quantity("width by Eq. 4", "s", lambda e: _wide_for_near(e.law)),
+        Quantity("width by Eq. 3", "s", lambda e: _exact_width(e.law, NEAR)),
     ),
 )

@@ -2,11 +2,7 @@
 
 from stickslip.planning import PulseLaw
 from studies.van_de_wijdeven.part_b.cases import PAPWC, PWC, papwc, pwc
-from studies.van_de_wijdeven.part_b.setting import (
-    LONGEST_PULSE,
-    PULSE_EFFORT,
-    SAMPLING_TIME,
-)
+from studies.van_de_wijdeven.part_b.setting import LONGEST_PULSE, PULSE_EFFORT, SAMPLING_TIME
 from studies.van_de_wijdeven.records import PrintedNumber
 
 FAR = 0.01

@@ -8,10 +8,7 @@ from typing import Literal
 
 from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.records import InputError
-from studies.van_de_wijdeven.part_b.random_axes import (
-    SAMPLE_NOISE,
-    RandomAxis,
-)
+from studies.van_de_wijdeven.part_b.random_axes import SAMPLE_NOISE, RandomAxis
 from studies.van_de_wijdeven.part_b.setting import SAMPLING_TIME, TOLERANCE
 from studies.van_de_wijdeven.part_b.trials import study
 from studies.van_de_wijdeven.records import ControllerScore
@@ -89,7 +86,7 @@ _GRID: dict[str, tuple[float, ...]] = {
     "dither_frequency": (12.5, 25.0, 50.0),
 }
 FASTEST = 0.1 / SAMPLING_TIME
-"""A tenth of the sampling rate [Hz], a common rule: beyond it every delay of a real loop tells."""
+"""A tenth of the sampling rate [Hz], a common rule: beyond it any delay of a loop matters."""
 LEAST_MARGIN = 30.0
 """Usual lower limit of the phase margin [degrees]."""
 _STARTS = tuple(product((30.0, 60.0), (3.0, 10.0)))  # phase margin and integral ratio

@@ -106,6 +106,6 @@ def random_axes(generator: np.random.Generator, n: int) -> list[RandomAxis]:
     either direction is within 20 % of the mean of both (Coulomb, static and viscous each by a part
     of its own), the offset within 0.2 of the mean Coulomb friction; the effort limit is 3 times
     that. The mass is guessed within 5 %, each friction within 50 % of its mean. The start is 0.5 to
-    20 mm off the target. All these are uniform where nothing else is said.
+    20 mm off the target. All these are uniform by default.
     """
     return [_random_axis(generator) for _ in range(n)]

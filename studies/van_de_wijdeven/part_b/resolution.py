@@ -52,7 +52,7 @@ _CASES = (
 def resolution_scores(
     axes: int, seed: int, *, workers: int, advance: Callable[[], None]
 ) -> tuple[ResolutionScore, ...]:
-    """Bring the mass of Table 1 as near to its target as its encoder can tell, in several cases.
+    """Bring the mass of Table 1 as near to its target as its encoder resolves, in several cases.
 
     ``axes`` is the number of starts and first guesses in each case; ``workers`` cases are worked on
     at once; ``advance`` is called `resolution_pieces` times.

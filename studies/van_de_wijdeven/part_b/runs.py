@@ -9,12 +9,7 @@ from jaxtyping import Float
 from stickslip.control import PulseController
 from stickslip.records import PositioningOutcome
 from studies.pulse_run import PulseRun, run_pulses
-from studies.van_de_wijdeven.part_b.setting import (
-    DURATION,
-    RUNS_IN_A_ROW,
-    TOLERANCE,
-    report_plant,
-)
+from studies.van_de_wijdeven.part_b.setting import DURATION, RUNS_IN_A_ROW, TOLERANCE, report_plant
 from studies.van_de_wijdeven.records import CarriedRuns
 
 _END = (

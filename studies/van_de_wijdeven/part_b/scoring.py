@@ -9,11 +9,7 @@ from jaxtyping import Float
 from stickslip.control import PulseController
 from stickslip.simulation import Controller, Sensors, SimulatedMotion, simulate_closed_loop
 from stickslip.tasks.positioning.judging import hunts
-from studies.van_de_wijdeven.part_b.random_axes import (
-    ENCODER_STEP,
-    POSITION_NOISE,
-    RandomAxis,
-)
+from studies.van_de_wijdeven.part_b.random_axes import ENCODER_STEP, POSITION_NOISE, RandomAxis
 from studies.van_de_wijdeven.part_b.setting import SAMPLING_TIME, TOLERANCE
 from studies.van_de_wijdeven.records import ControllerScore
 

@@ -37,7 +37,7 @@ class LandingScore(Record):
     #: target as long as they were watched [1].
     landed: float
     #: Share of the arms on which they did so after at most four series a move [1]; None for a
-    #: controller that knows none.
+    #: controller without series.
     landed_in_four: float | None
     #: The farthest that mass 1 and mass 2 were from the target while watched, over the move [1].
     error_1: Spread
@@ -46,9 +46,9 @@ class LandingScore(Record):
     #: Time to land over the shortest in which the arm can, if everything about it is known [1], of
     #: the moves that landed; None if none did.
     time_ratio: Spread | None
-    series: Spread | None  #: Fired in a move [1]; None for a controller that knows none.
+    series: Spread | None  #: Fired in a move [1]; None for a controller without series.
     #: Share of the moves that ended outside the bound though the controller took them for landed
-    #: [1]; None if it cannot tell.
+    #: [1]; None if it reports none.
     misjudged: float | None
     #: The farthest that either mass ever was beside the way between start and target, over the move
     #: [1].

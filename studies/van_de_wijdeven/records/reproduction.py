@@ -29,7 +29,7 @@ Sketch = Literal["mass with friction"]
 SettingValues = Mapping[str, Mapping[str, tuple[float | tuple[float, ...], str]]]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Curve(Record):
     """One line of a panel."""
 
@@ -192,7 +192,7 @@ class Reproduction(Record):
 
     title: str  #: What the part is about.
     setting: str  #: With which values, in words.
-    #: The same as numbers, each with its unit [as told beside it], by group and name.
+    #: The same as numbers, each with its unit [as stated beside it], by group and name.
     values: SettingValues
     #: Figures of the source, and its claims.
     figures: tuple[ReproducedFigure, ...]

@@ -31,7 +31,7 @@ MOST = 4  # of them: all are expected, and of a method that fails one time in 20
 
 
 def controller(**settings: Any) -> LandingController:
-    """Return a controller that knows masses and spring, and no friction."""
+    """Return a controller with masses and spring given, and no friction."""
     usual: dict[str, Any] = {
         "sampling_time": T,
         "tolerance": 0.5 * BOUND,

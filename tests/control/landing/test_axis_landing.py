@@ -8,11 +8,7 @@ import pytest
 from landing_runs import fly
 from refusals import refuses
 
-from stickslip.control import (
-    AxisLandingController,
-    ExactPulseController,
-    RestDetection,
-)
+from stickslip.control import AxisLandingController, ExactPulseController, RestDetection
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
@@ -34,7 +30,7 @@ AXIS = SingleMass(mass=150.0, friction=LAW)
 def controller(
     axis: SingleMass[CoulombViscousFriction] = AXIS, *, guess: float = 0.5, **settings: Any
 ) -> AxisLandingController:
-    """Return a controller that knows the mass, and friction as a part of what it is."""
+    """Return a controller with the mass, and a share of the friction as a first guess."""
     law = axis.friction
     values = {
         "coulomb_friction": guess * law.coulomb_friction_positive,

@@ -1,4 +1,4 @@
-"""The translator: C that computes what the kernel does, and an error for what it does not know."""
+"""The translator: C that computes what the kernel does, and an error for anything else."""
 
 import ctypes
 import math

@@ -165,7 +165,7 @@ def test_matlab_structures_matrices_and_numbers(write, columns, tmp_path):
     np.testing.assert_array_equal(log.effort, 2.5 * columns["effort"])
 
 
-def test_a_matrix_with_samples_in_rows_is_said(columns, tmp_path):
+def test_a_matrix_with_samples_in_rows_is_reported(columns, tmp_path):
     path = tmp_path / "stage.npz"
     np.savez(
         path,

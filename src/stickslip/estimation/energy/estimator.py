@@ -24,12 +24,7 @@ from stickslip.estimation.online.faults.health import OnlineHealth, health_of
 from stickslip.estimation.online.intervals.batches import clear_batches
 from stickslip.estimation.online.intervals.contrasts import intervals_in
 from stickslip.estimation.online.method import Kernel, OnlineMethod, State
-from stickslip.estimation.online.recursion import (
-    VALUES,
-    set_friction,
-    set_information,
-    set_prior,
-)
+from stickslip.estimation.online.recursion import VALUES, set_friction, set_information, set_prior
 from stickslip.estimation.settings import options_of
 from stickslip.records import AxisLog, InputError, positive
 

@@ -18,12 +18,7 @@ from stickslip.estimation.joint.members import (
     joint_provenance,
     with_time_shift,
 )
-from stickslip.estimation.joint.model import (
-    JointModel,
-    StackedRows,
-    difference_terms,
-    joint_rows,
-)
+from stickslip.estimation.joint.model import JointModel, StackedRows, difference_terms, joint_rows
 from stickslip.estimation.joint.summary import difference_texts, joint_logs, joint_selection
 from stickslip.estimation.selection.dwell import RestedLog, with_dwell
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
@@ -46,30 +41,13 @@ from stickslip.estimation.selection.judgement.status import (
     undetermined_terms,
 )
 from stickslip.estimation.selection.model import DELAY_TERM, Model
-from stickslip.estimation.selection.model_rows import (
-    ModelRows,
-    column_noise,
-    model_rows,
-    nuisance,
-)
+from stickslip.estimation.selection.model_rows import ModelRows, column_noise, model_rows, nuisance
 from stickslip.estimation.selection.search.forward import search, with_terms
 from stickslip.estimation.selection.search.windows import noisy_elasticity, window_weight
-from stickslip.estimation.selection.terms import (
-    DELAY,
-    DWELL,
-    SATURATION,
-    Term,
-    candidate_terms,
-)
+from stickslip.estimation.selection.terms import DELAY, DWELL, SATURATION, Term, candidate_terms
 from stickslip.estimation.weak_form.motion import slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
-from stickslip.records import (
-    AxisLog,
-    FrictionEstimate,
-    InputError,
-    mass_name,
-    shared_name,
-)
+from stickslip.records import AxisLog, FrictionEstimate, InputError, mass_name, shared_name
 
 
 @dataclass(frozen=True, kw_only=True)

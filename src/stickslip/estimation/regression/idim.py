@@ -43,14 +43,7 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.friction import CoulombViscousFriction, FrictionTerms, StribeckEffect
 from stickslip.plants import SingleMass
-from stickslip.records import (
-    AxisKind,
-    AxisLog,
-    InputError,
-    mass_name,
-    positive,
-    whole,
-)
+from stickslip.records import AxisKind, AxisLog, InputError, mass_name, positive, whole
 from stickslip.simulation import PlantStepper
 
 _SETTLING_PERIODS = 5.0

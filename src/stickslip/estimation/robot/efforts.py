@@ -9,11 +9,7 @@ from jaxtyping import Float
 
 from stickslip.estimation.prepare import prepare, sample_times, with_common_times
 from stickslip.estimation.robot.model import RobotModel
-from stickslip.estimation.signals.kinematics import (
-    LowPass,
-    central_difference,
-    default_cutoff,
-)
+from stickslip.estimation.signals.kinematics import LowPass, central_difference, default_cutoff
 from stickslip.records import AxisLog, InputError, unit_of
 
 _LOWER = 0.7  # ratio of successive cutoffs

@@ -5,12 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from stickslip.logs.columns.words import Meaning, meaning, unread_unit
-from stickslip.logs.expressions import (
-    Expression,
-    Value,
-    column_expression,
-    parse_expression,
-)
+from stickslip.logs.expressions import Expression, Value, column_expression, parse_expression
 from stickslip.logs.schema import CHANNELS, AxisSchema
 from stickslip.logs.table import Table
 from stickslip.logs.units import effort_unit, kind_of_unit, quantity_of, same_unit

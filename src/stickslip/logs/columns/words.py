@@ -110,7 +110,7 @@ _VOCABULARY = frozenset[str]().union(
     _NEUTRAL_OF_CURRENT, _NEUTRAL_OF_TIME, _set("load")
 )  # fmt: skip
 _UNIT_OR_WORD = _set("in ft inc incr step steps rot lb lbs")
-"""Words that are units at the end of a name, or parts of the name: nobody can tell."""
+"""Words that are units at the end of a name, or parts of the name: both are possible."""
 
 _SEGMENT = re.compile(r"[/.]|->")
 _PIECE = re.compile(r"[^\W_]+")

@@ -32,7 +32,7 @@ def table_of_arrays(
     """
     constants: dict[str, float] = {}
     columns: dict[str, Column] = {}
-    said = list(notes)
+    noted = list(notes)
     variables, times = _without_copies(variables, times or {})
     origin: dict[str, str] = {}  # by column, its variable
     for name, array in variables.items():
@@ -44,7 +44,7 @@ def table_of_arrays(
         elif values.ndim == 2 and values.size > 0:
             if values.shape[0] < values.shape[1]:
                 shape = f"{values.shape[0]} x {values.shape[1]}"
-                said.append(f"{name} is {shape}; its longer side is taken as time")
+                noted.append(f"{name} is {shape}; its longer side is taken as time")
                 values = values.T
             parts = {f"{name}_{k + 1}": values[:, k] for k in range(values.shape[1])}
             columns |= parts
@@ -64,7 +64,7 @@ def table_of_arrays(
         constants=constants,
         load=load,
         place=lambda name, sample: f"{label}, {name} at index {sample + counts_from}",
-        notes=tuple(said),
+        notes=tuple(noted),
         groups=_groups(dict(zip(columns, headers, strict=True)), columns, origin, times),
     )
 

@@ -1,4 +1,4 @@
-"""Data frames of any library that narwhals knows, and files of Arrow, as columns of a log."""
+"""Data frames of any library that narwhals supports, and files of Arrow, as columns of a log."""
 
 from collections.abc import Callable, Sequence
 from numbers import Real

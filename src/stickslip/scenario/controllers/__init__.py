@@ -7,13 +7,7 @@ from collections.abc import Mapping
 
 from stickslip.scenario.controllers.base import Controller
 from stickslip.scenario.controllers.flexible_arm import ArmFeedback, ArmLanding, ArmTracked
-from stickslip.scenario.controllers.pid import (
-    PDControl,
-    PIDControl,
-    PIDDither,
-    PIDReset,
-    Profile,
-)
+from stickslip.scenario.controllers.pid import PDControl, PIDControl, PIDDither, PIDReset, Profile
 from stickslip.scenario.controllers.pulses import (
     AxisLanding,
     ExactPulses,

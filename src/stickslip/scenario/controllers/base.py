@@ -27,12 +27,7 @@ from stickslip.records import (
     unit_of,
 )
 from stickslip.scenario.axis import Axis
-from stickslip.scenario.guess import (
-    FirstGuesses,
-    GuessTable,
-    guesses_from,
-    learned_from,
-)
+from stickslip.scenario.guess import FirstGuesses, GuessTable, guesses_from, learned_from
 from stickslip.scenario.table import ScenarioError, Table, key, required
 from stickslip.scenario.task import SensorsTable, TaskTable
 

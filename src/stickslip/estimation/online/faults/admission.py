@@ -259,101 +259,118 @@ def _is_possible(value: float) -> bool:
 
 
 @compiled(inline=True)
+def _admit_velocity(s: Any, m: Any, v: float, change: float) -> tuple[bool, bool]:
+    """Return whether a possible velocity of a mass is accepted, and whether it stepped.
+
+    ``change`` is the change of velocity that a sample may bring.
+    """
+    errors = m.velocity_errors
+    error = abs(v - m.velocity)
+    accepted, stepped = True, False
+    if _is_glitch_before(errors, error, abs(v - m.latest_velocity)):
+        _forget_glitch(errors)
+    elif error <= _tolerance(errors) + change * (_first(errors) + errors.run):
+        _learn_error(errors, error)
+    else:
+        errors.run += 1
+        if errors.count == 0 and errors.run == 1 and s.mobility > 0.0:
+            errors.quantile = error  # a first error, to compare the second one with
+        accepted = stepped = errors.run > LASTING
+        if stepped:
+            if _learn_step(s, errors, error / errors.run):
+                s.velocity_glitches -= LASTING
+        else:
+            s.velocity_glitches += 1 if errors.count > 0 else 0
+    if accepted:
+        m.velocity = v
+        errors.run = 0
+    m.latest_velocity = v
+    return accepted, stepped
+
+
+@compiled(inline=True)
+def _admit_position(
+    s: Any, m: Any, x: float, change: float, before: float, measured: bool, stepped: bool
+) -> tuple[bool, bool]:
+    """Return whether a possible position of a mass is accepted, and whether its motion stepped.
+
+    ``change`` is the change of velocity that a sample may bring, ``before`` the velocity before
+    this sample, and ``stepped`` whether the velocity stepped.
+    """
+    T, gap = s.sampling_time, m.gap
+    errors = m.position_errors
+    error = abs(x - m.predicted)
+    allowed = _tolerance(errors)
+    if measured:
+        allowed += T * change * (_first(errors) - 0.5 + m.velocity_errors.run)
+    else:
+        allowed = gap * (allowed + T * change * (_first(errors) + 0.5 * (gap - 1.0)))
+    off_latest = abs(x - m.latest - T * before)
+    offset = not measured and errors.run > 0 and _AGREES * off_latest < error
+    accepted = True
+    if _is_glitch_before(errors, error, abs(x - m.latest)):
+        _forget_glitch(errors)
+        stepped = True
+        if m.is_driven and s.moved == 0:
+            s.start = x
+    elif error > allowed and not stepped:
+        errors.run += 1
+        if errors.count == 0 and errors.run == 1:
+            errors.quantile = error  # a first error, to compare the second one with
+        accepted = stepped = errors.run > LASTING
+        if stepped:
+            if _learn_step(s, errors, 2.0 * error / (float(gap) * gap)):
+                s.motion_glitches -= LASTING
+        else:
+            s.motion_glitches += 1 if errors.count > 0 else 0
+    elif gap == 1 and not stepped:
+        _learn_error(errors, error)
+    elif offset and errors.count > 0 and error > _tolerance(errors):
+        s.motion_steps += 1
+        stepped = True
+    elif errors.count == 0 and errors.run == 1 and _AGREES * error < errors.quantile:
+        _forget_glitch(errors)
+    if accepted:
+        if not measured:
+            travel = (x - m.latest) * gap if stepped else x - m.accepted
+            m.velocity = travel / (gap * T)
+        m.predicted = m.accepted = x
+        m.gap = errors.run = 0
+        if m.is_driven and abs(x - s.start) > _FACTOR_WARM_UP * errors.quantile:
+            s.moved = 1
+    m.latest = x
+    return accepted, stepped
+
+
+@compiled(inline=True)
 def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[float, float, bool]:
     """Return position and velocity of a mass, NaN where missing, and whether they stepped."""
     T = s.sampling_time
-    cx, cv = m.position_errors, m.velocity_errors
     has_x, has_v = _is_possible(x), measured and _is_possible(v)
-    if not has_x or (measured and not has_v):
+    whole = has_x and (has_v or not measured)
+    if not whole:
         s.missing_values += 1
     if m.known == 0:
-        if not has_x or (measured and not has_v):
+        if not whole:
             return np.nan, np.nan, False
         if m.is_driven and s.moved == 0:
             s.start = x
         m.known = 1
         m.predicted = m.accepted = m.latest = x
         m.velocity = m.latest_velocity = v if measured else 0.0
-        m.gap = cx.run = cv.run = 0
+        m.gap = m.position_errors.run = m.velocity_errors.run = 0
         return x, v if measured else np.nan, False
     stepped = False
-    # Change of velocity that a sample may bring
-    change = max(_ACCELERATION * s.largest_effort * s.mobility, cv.largest)
+    change = max(_ACCELERATION * s.largest_effort * s.mobility, m.velocity_errors.largest)
     before = m.velocity
-    if measured:
-        if has_v:
-            error = abs(v - before)
-            if _is_glitch_before(cv, error, abs(v - m.latest_velocity)):
-                _forget_glitch(cv)
-                m.velocity = v
-                cv.run = 0
-            elif error <= _tolerance(cv) + change * (_first(cv) + cv.run):
-                _learn_error(cv, error)
-                m.velocity = v
-                cv.run = 0
-            else:
-                cv.run += 1
-                if cv.count == 0 and cv.run == 1 and s.mobility > 0.0:
-                    cv.quantile = error  # a first error, to compare the second one with
-                has_v = cv.run > LASTING
-                if has_v:
-                    if _learn_step(s, cv, error / cv.run):
-                        s.velocity_glitches -= LASTING
-                    m.velocity = v
-                    cv.run = 0
-                    stepped = True
-                else:
-                    s.velocity_glitches += 1 if cv.count > 0 else 0
-            m.latest_velocity = v
-        else:
-            cv.run = min(cv.run + 1, LASTING)
-        m.predicted += 0.5 * T * (before + m.velocity)
-    else:
-        m.predicted += T * before
+    if has_v:
+        has_v, stepped = _admit_velocity(s, m, v, change)
+    elif measured:
+        m.velocity_errors.run = min(m.velocity_errors.run + 1, LASTING)
+    m.predicted += 0.5 * T * (before + m.velocity) if measured else T * before
     m.gap += 1
-    gap = m.gap
     if has_x:
-        latest = x
-        error = abs(x - m.predicted)
-        allowed = _tolerance(cx)
-        if measured:
-            allowed += T * change * (_first(cx) - 0.5 + cv.run)
-        else:
-            allowed = gap * (allowed + T * change * (_first(cx) + 0.5 * (gap - 1.0)))
-        off_latest = abs(x - m.latest - T * before)
-        offset = not measured and cx.run > 0 and _AGREES * off_latest < error
-        if _is_glitch_before(cx, error, abs(x - m.latest)):
-            _forget_glitch(cx)
-            stepped = True
-            if m.is_driven and s.moved == 0:
-                s.start = x
-        elif error > allowed and not stepped:
-            cx.run += 1
-            if cx.count == 0 and cx.run == 1:
-                cx.quantile = error  # a first error, to compare the second one with
-            if cx.run <= LASTING:
-                s.motion_glitches += 1 if cx.count > 0 else 0
-                has_x = False
-            else:
-                if _learn_step(s, cx, 2.0 * error / (float(gap) * gap)):
-                    s.motion_glitches -= LASTING
-                stepped = True
-        elif gap == 1 and not stepped:
-            _learn_error(cx, error)
-        elif offset and cx.count > 0 and error > _tolerance(cx):
-            s.motion_steps += 1
-            stepped = True
-        elif cx.count == 0 and cx.run == 1 and _AGREES * error < cx.quantile:
-            _forget_glitch(cx)
-        if has_x:
-            if not measured:
-                travel = (x - m.latest) * gap if stepped else x - m.accepted
-                m.velocity = travel / (gap * T)
-            m.predicted = m.accepted = x
-            m.gap = cx.run = 0
-            if m.is_driven and abs(x - s.start) > _FACTOR_WARM_UP * cx.quantile:
-                s.moved = 1
-        m.latest = latest
+        has_x, stepped = _admit_position(s, m, x, change, before, measured, stepped)
     return x if has_x else np.nan, v if has_v else np.nan, stepped
 
 

@@ -76,7 +76,7 @@ class Expressions(ABC):
     names: dict[str, Value]
     python: types.FunctionType
 
-    # --- what Python knows ---
+    # --- values known in Python ---
 
     def known(self, node: ast.expr) -> Any:
         """Return the Python object that a name or attribute outside the function is, or None."""

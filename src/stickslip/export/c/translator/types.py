@@ -25,7 +25,7 @@ def c_name(name: str) -> str:
 
 
 class UntranslatableError(Exception):
-    """A kernel contains something that the translator does not know: a defect, not bad input."""
+    """A kernel contains something that the translator does not support: a defect, not bad input."""
 
     def __init__(self, what: str) -> None:
         super().__init__(what)

@@ -4,8 +4,8 @@ Kernels are restricted Python: numbers, arrays of fixed size, records with named
 a range, calls of other kernels. Each is translated for the types of its arguments, as Numba
 compiles it, with the same operations in the same order: with IEEE double arithmetic and without
 contraction the results are those of the compiled kernel to the last bit, as far as the functions of
-the mathematical library agree. What the translator does not know is an `UntranslatableError`, with
-the kernel and the line.
+the mathematical library agree. Anything else is an `UntranslatableError`, with the kernel and
+the line.
 
 All is translated twice: the first pass finds which fields are written. The others are the
 configuration, a structure of its own that can lie in read-only memory.

@@ -57,7 +57,7 @@ def read_bag(path: Path) -> Table:
 
 
 class _File(type(Path())):
-    """A path whose ending is in lower case, as the library knows the kinds of bags by it.
+    """A path whose ending is in lower case, by which the library distinguishes the kinds of bags.
 
     A file without a known ending, such as standard input, has that of its first bytes.
     """

@@ -29,7 +29,7 @@ Structure = tuple[tuple[str, int], ...]
 
 
 class Message(NamedTuple):
-    """One message, and when it was sent as far as the container knows [ns]."""
+    """One message, and when it was sent by the time stamp of the container [ns]."""
 
     topic: str
     type_name: str
@@ -102,10 +102,10 @@ def table_of_topics(
             unstamped.append(topic)
     if not groups:
         raise InputError("no_numbers_in_topics", where=label)
-    said = list(notes)
+    noted = list(notes)
     if unstamped:
         listed = ", ".join(dict.fromkeys(unstamped))
-        said.append(f"time stamps of {listed} are those of the recorder: the messages have none")
+        noted.append(f"time stamps of {listed} are those of the recorder: the messages have none")
 
     def load(names: Sequence[str]) -> dict[str, Column]:
         topics = list(dict.fromkeys(places[name][0][0] for name in names))
@@ -131,7 +131,7 @@ def table_of_topics(
         units={group.time: "s" for group in groups if group.time},
         load=load,
         place=lambda name, sample: f"{label}, message {sample + 1} of {places[name][0][0]}",
-        notes=tuple(said),
+        notes=tuple(noted),
         groups=tuple(groups),
         origins=origins,
     )
