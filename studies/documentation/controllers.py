@@ -109,10 +109,10 @@ def page(made: PulseReproduction) -> str:
             f"-m studies.van_de_wijdeven part-b --axes {AXES}` gives the same). A PID with dither "
             "never rests: its effort goes on shaking the axis, which is what keeps it near the "
             "target.\n",
-            "With delays, lag, resonance, presliding, loads, pushes and other faults, `precise` has "
-            "a servo with feedforward of friction as its rival, at effort limits of up to 30 times "
-            "friction: [controllers of a rigid axis under faults](../evidence/positioning-rivals.md)."
-            "\n",
+            "With delays, lag, resonance, presliding, loads, pushes and other faults, `precise` "
+            "has a servo with feedforward of friction as its rival, at effort limits of up to 30 "
+            "times friction: [controllers of a rigid axis under faults]"
+            "(../evidence/positioning-rivals.md).\n",
             "## How near\n",
             "The mass of Table 1 asked for the step of its encoder. Friction that changes does so "
             "for every pulse, each direction by itself, by a relative standard deviation.\n",
