@@ -108,6 +108,28 @@ def test_a_rival_widens_where_the_log_does_not_distinguish_it(
         )
 
 
+@pytest.mark.parametrize(
+    ("coulomb", "power", "noise", "seed"),
+    [(0.2, 0.5, 0.05, 0), (0.05, 0.3, 0.1, 0), (1.5, 0.35, 0.05, 0), (0.6, 0.35, 0.3, 7)],
+)
+def test_a_small_power_counts_beside_a_term_that_stands_for_it(
+    coulomb: float, power: float, noise: float, seed: int
+) -> None:
+    """Friction that builds up is selected, and has the wrong sign beside the true law."""
+    acts = Motion(time=MIDDLE)
+    friction = np.sign(acts.velocity) * (coulomb + 2.0 * np.abs(acts.velocity) ** power)
+    effort = 3.0 * acts.acceleration + friction
+    effort += noise * np.random.default_rng(seed).standard_normal(TIME.size)
+    found = SelectedModelEstimator().fit(axis_log(TIME, effort, Motion(time=TIME).position))
+    assert found.selection is not None
+    assert found.selection.selected == ("two-thirds", "presliding")
+    assert found.status is Status.OK
+    for name, truth in (("mass", 3.0), ("coulomb_friction", coulomb)):
+        interval = found.parameters[name].ci95
+        assert interval is not None
+        assert interval[0] <= truth <= interval[1]
+
+
 def swing_log(load: Extra, noise: float, seed: int = 0) -> AxisLog:
     """Return a log of a rotary axis that swings by 2.4 rad."""
     motion, acts = Motion(time=TIME), Motion(time=MIDDLE)

@@ -118,7 +118,10 @@ def rival_laws(
             continue
         start = replace(model, viscous=viscous, chosen=kept)
         bends = [term for term in terms if term.name in names]
-        if len(bends) == len(names):
+        if names == (SMALL_POWER,):  # each power is a law of its own, as a log shows it roughly
+            powers = [[replace(bends[0], shapes=(shape,))] for shape in bends[0].shapes]
+            found += [_rival(model, start, power, words, tuning) for power in powers]
+        elif len(bends) == len(names):
             found.append(_rival(model, start, bends, words, tuning))
     gravity = [term for term in terms if term.name == "gravity"]
     if gravity and "spring" in model.names and "gravity" not in model.names:
@@ -160,8 +163,12 @@ def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
     return viscous != model.viscous or set(names) != bends
 
 
-def _with_terms(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Model | None:
-    """Return the model with terms in their best shapes; None if one has a wrong sign or no fit."""
+def _with_terms(start: Model, terms: Sequence[Term], tuning: RivalTuning) -> Model | None:
+    """Return the model with terms in their best shapes; None if one has a wrong sign or no fit.
+
+    A term of the model that has the wrong sign beside them is left out: it may stand for the law.
+    """
+    model = start
     for term in terms:
         fits = best_shape(model, term, model.basis())
         if fits is None:
@@ -171,9 +178,12 @@ def _with_terms(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Mod
             model = refined(model)
     if model.rows.size <= model.columns().shape[1] + 1:
         return None
-    signs = [shape.allows(model.coefficients(term.name)) for term, shape in model.chosen]
+    wrong = {t.name for t, shape in model.chosen if not shape.allows(model.coefficients(t.name))}
+    left = tuple(pair for pair in start.chosen if pair[0].name not in wrong)
+    if len(left) < len(start.chosen):
+        return _with_terms(replace(start, chosen=left), terms, tuning)
     coulomb, viscous = model.friction()
-    proper = all(signs) and coulomb > 0.0 and viscous >= 0.0
+    proper = not wrong and coulomb > 0.0 and viscous >= 0.0
     return model if proper and smallest_ratio(model.columns()) > tuning.smallest_ratio else None
 
 
