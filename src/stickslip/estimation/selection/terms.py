@@ -266,6 +266,21 @@ def _small_power(exponent: float) -> Shape:
     )
 
 
+def travel_term(position: Float[np.ndarray, " n"]) -> Term:
+    """Return the term of Coulomb friction that varies along the travel, which is never selected.
+
+    Its factor is ``1 + a_1 P_1(s) + a_2 P_2(s)`` with Legendre polynomials of the place s, from -1
+    to 1 over the positions [m or rad].
+    """
+    middle, half = 0.5 * float(np.max(position) + np.min(position)), 0.5 * float(np.ptp(position))
+    return _plain(
+        "travel",
+        "friction varies along the travel",
+        travel_slope=lambda m: m.direction * (m.position - middle) / half,
+        travel_bend=lambda m: m.direction * (1.5 * ((m.position - middle) / half) ** 2 - 0.5),
+    )
+
+
 def ripple_term(periods: Sequence[float], tests: int, origin: float) -> Term:
     """Return the term of a force that repeats along the travel.
 

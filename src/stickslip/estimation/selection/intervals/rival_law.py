@@ -16,6 +16,7 @@ from stickslip.estimation.selection.terms import (
     SMALL_POWER,
     Term,
     small_power_term,
+    travel_term,
     two_thirds_term,
 )
 from stickslip.records import AxisKind
@@ -42,6 +43,7 @@ _LAWS: dict[tuple[bool, tuple[str, ...]], str] = {
     (True, ("stribeck",)): "a Stribeck effect",
     (True, ("low speed",)): "lower friction at low speed",
     (True, ("stribeck", "quadratic")): "a Stribeck effect with quadratic friction",
+    (False, ("two-thirds", "stribeck")): "a Stribeck effect with the 2/3 power of the speed",
 }
 """Laws of friction over speed in words, by whether they have viscous friction and by the terms that
 make them nonlinear (`BENDS`)."""
@@ -109,6 +111,7 @@ def rival_laws(
 
     ``terms`` are the candidates of the log; empty for the 2/3 power of the speed alone.
     """
+    nonlinear = len(terms) > 0
     terms = (*(terms or (two_thirds_term(),)), small_power_term())
     tuning = RivalTuning() if tuning is None else tuning
     kept = tuple(pair for pair in model.chosen if pair[0].name not in BENDS)
@@ -123,6 +126,9 @@ def rival_laws(
             found += [_rival(model, start, power, words, tuning) for power in powers]
         elif len(bends) == len(names):
             found.append(_rival(model, start, bends, words, tuning))
+    if nonlinear:
+        words = "friction that varies along the travel"
+        found.append(_rival(model, model, [travel_term(model.rows.position)], words, tuning))
     gravity = [term for term in terms if term.name == "gravity"]
     if gravity and "spring" in model.names and "gravity" not in model.names:
         start = replace(
@@ -157,7 +163,7 @@ def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
     if "two-thirds" in names and "direction" in model.names:  # not combined in the search either
         return False
     if not bends:  # the search has tested the terms that would make viscous friction nonlinear
-        return not viscous and names == ("two-thirds",)
+        return not viscous and names in (("two-thirds",), ("two-thirds", "stribeck"))
     if SMALL_POWER in names:  # a curve that is bent more than the selected one
         return bends == {"two-thirds"} and not model.viscous
     return viscous != model.viscous or set(names) != bends
@@ -227,7 +233,7 @@ def rival_note(
         return ""
     return (
         f"{law} explains this log as well, with Coulomb friction {other:.4g} {unit} instead of "
-        f"{own:.4g} {unit}; record moves at more speeds to distinguish them"
+        f"{own:.4g} {unit}; record moves at more speeds along the same travel to distinguish them"
     )
 
 
