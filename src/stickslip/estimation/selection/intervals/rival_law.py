@@ -15,6 +15,7 @@ from stickslip.estimation.selection.search.shapes import best_shape, refined
 from stickslip.estimation.selection.terms import (
     SMALL_POWER,
     Term,
+    reversal_term,
     small_power_term,
     travel_term,
     two_thirds_term,
@@ -127,8 +128,11 @@ def rival_laws(
         elif len(bends) == len(names):
             found.append(_rival(model, start, bends, words, tuning))
     if nonlinear:
-        words = "friction that varies along the travel"
-        found.append(_rival(model, model, [travel_term(model.rows.position)], words, tuning))
+        further = {"friction that varies along the travel": travel_term(model.rows.position)}
+        if "presliding" not in model.names:
+            extent = float(np.ptp(model.rows.position))
+            further["friction that changes after each reversal"] = reversal_term(extent)
+        found += [_rival(model, model, [term], words, tuning) for words, term in further.items()]
     gravity = [term for term in terms if term.name == "gravity"]
     if gravity and "spring" in model.names and "gravity" not in model.names:
         start = replace(
