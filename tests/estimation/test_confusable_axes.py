@@ -249,14 +249,16 @@ def test_a_curve_that_is_bent_more_than_by_the_power_two_thirds_has_no_negative_
     assert missed(found, {"mass": MASS, "coulomb_friction": COULOMB}) == []
 
 
-def test_a_law_with_more_parameters_needs_two_standard_errors() -> None:
+def test_a_law_with_two_more_parameters_needs_almost_three_standard_errors() -> None:
     """Of laws that contain the selected one, whose weight is 1."""
     fit = SelectedModelEstimator().details(log_of(Plant(quadratic=20.0)))
     assert fit.model is not None
     assert fit.model.names == ("quadratic",)
     terms = [term for term, _ in fit.model.chosen]
-    larger = [rival for rival in rival_laws(fit.model, terms) if rival.larger]
-    assert all(rival.explains_more == (rival.weight > 2.0 * rival.std) for rival in larger)
+    larger = [rival for rival in rival_laws(fit.model, terms) if rival.further > 0]
+    assert {rival.further for rival in larger} == {2}
+    least = 2.0 * np.sqrt(2.0)
+    assert all(rival.explains_more == (rival.weight > least * rival.std) for rival in larger)
 
 
 def test_a_delay_that_is_not_determined_leaves_the_result_ok() -> None:

@@ -58,7 +58,7 @@ class Rival:
     law: str  #: In words.
     weight: float  #: Least-squares weight w of the other law [-] (`rival_laws`).
     std: float  #: Standard error of the weight [-].
-    larger: bool = False  #: Whether it has more parameters than the selected law.
+    further: int = 0  #: Number of parameters that it has more than the selected law [-].
     load: bool = False  #: Whether it is another load, with the selected law of friction.
 
     @property
@@ -70,10 +70,13 @@ class Rival:
     def explains_more(self) -> bool:
         """Whether the residual decreases with the other law, by more than one standard error.
 
-        Or below that of the selected law, which a weight above one half means. By more than two
-        standard errors with a law of more parameters, which decreases any residual.
+        Or below that of the selected law, which a weight above one half means. With a law of more
+        parameters, which decreases any residual, by more than two standard errors for one and
+        twice the square root of their number for several.
         """
-        return self.weight > (_LARGER * self.std if self.larger else min(self.std, 0.5))
+        if self.further <= 0:
+            return self.weight > min(self.std, 0.5)
+        return self.weight > _LARGER * float(np.sqrt(self.further)) * self.std
 
     @property
     def counts(self) -> bool:
@@ -157,8 +160,13 @@ def _rival(
     if other is None or weighed is None:
         return None
     weight, std = weighed
-    larger = other.columns().shape[1] > model.columns().shape[1]
-    return Rival(model=other, law=words, weight=weight, std=std, larger=larger, load=load)
+    further = _parameters(other) - _parameters(model)
+    return Rival(model=other, law=words, weight=weight, std=std, further=further, load=load)
+
+
+def _parameters(model: Model) -> int:
+    """Return the number of parameters, with those of the shapes."""
+    return model.columns().shape[1] + sum(term.family is not None for term, _ in model.chosen)
 
 
 def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
@@ -230,7 +238,7 @@ def rival_note(
     others = [
         (abs(rival.model.friction()[0] - own), rival.model.friction()[0], rival.law)
         for rival in rivals
-        if rival.explains_as_well and (rival.explains_more or not rival.larger) and not rival.load
+        if rival.explains_as_well and (rival.explains_more or rival.further <= 0) and not rival.load
     ]
     difference, other, law = max(others, default=(0.0, own, ""))
     if difference <= tuning.smallest_difference * abs(own):
