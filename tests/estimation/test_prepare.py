@@ -218,7 +218,7 @@ def test_a_velocity_that_is_not_used_is_noted_with_its_scale_and_delay(scale: fl
         measured_velocity=scale * late + 1e-4 * rng.normal(size=TIME.size),
     )
     (note,) = (each for each in prepare(log).notes if each.startswith("the measured velocity"))
-    found = re.search(r"is (\S+) times .* delayed by (\S+) ms; not used", note)
+    found = re.search(r"is (\S+) times .* and (\S+) ms behind the position", note)
     assert found is not None
     assert float(found[1]) == pytest.approx(scale, rel=1e-3)
     assert float(found[2]) == pytest.approx(3.0, rel=0.05)

@@ -108,6 +108,48 @@ def test_a_rival_widens_where_the_log_does_not_distinguish_it(
         )
 
 
+@pytest.mark.parametrize(
+    ("coulomb", "power", "noise", "seed"),
+    [(0.2, 0.5, 0.05, 0), (0.05, 0.3, 0.1, 0), (1.5, 0.35, 0.05, 0), (0.6, 0.35, 0.3, 7)],
+)
+def test_a_small_power_counts_beside_a_term_that_stands_for_it(
+    coulomb: float, power: float, noise: float, seed: int
+) -> None:
+    """Friction that builds up is selected, and has the wrong sign beside the true law."""
+    acts = Motion(time=MIDDLE)
+    friction = np.sign(acts.velocity) * (coulomb + 2.0 * np.abs(acts.velocity) ** power)
+    effort = 3.0 * acts.acceleration + friction
+    effort += noise * np.random.default_rng(seed).standard_normal(TIME.size)
+    found = SelectedModelEstimator().fit(axis_log(TIME, effort, Motion(time=TIME).position))
+    assert found.selection is not None
+    assert found.selection.selected == ("two-thirds", "presliding")
+    assert found.status is Status.OK
+    for name, truth in (("mass", 3.0), ("coulomb_friction", coulomb)):
+        interval = found.parameters[name].ci95
+        assert interval is not None
+        assert interval[0] <= truth <= interval[1]
+
+
+def falling_after_reversals(motion: Motion) -> Float[np.ndarray, " n"]:
+    """Return friction that falls over 10 mm after each reversal [N]."""
+    sign = np.sign(motion.velocity)
+    path = np.cumsum(np.abs(np.diff(motion.position, prepend=motion.position[0])))
+    turned = np.concatenate(([True], np.diff(sign) != 0))
+    start = np.maximum.accumulate(np.where(turned, np.arange(sign.size), 0))
+    return 0.5 * sign * np.exp(-(path - path[start]) / 0.01)
+
+
+def test_intervals_hold_where_friction_falls_after_a_reversal() -> None:
+    """A Stribeck effect and a spring are selected, and the mass is 6 % off."""
+    found = SelectedModelEstimator().fit(log_of(falling_after_reversals, noise=0.1))
+    assert found.status is Status.OK
+    assert abs(found.value("mass") / 3.0 - 1.0) > 0.05
+    for name in ("mass", "viscous_friction", "coulomb_friction"):
+        interval = found.parameters[name].ci95
+        assert interval is not None
+        assert interval[0] <= TRUTH[name] <= interval[1]
+
+
 def swing_log(load: Extra, noise: float, seed: int = 0) -> AxisLog:
     """Return a log of a rotary axis that swings by 2.4 rad."""
     motion, acts = Motion(time=TIME), Motion(time=MIDDLE)

@@ -62,7 +62,6 @@ def velocity_of(log: AxisLog) -> np.ndarray:
         (1000.0, "velocity_foreign"),
         (0.001, "velocity_foreign"),
         (-1.0, "velocity_reversed"),
-        (0.0, "velocity_zero"),
     ],
 )
 def test_a_velocity_in_another_unit_or_sign_is_refused(
@@ -79,6 +78,18 @@ def test_a_velocity_that_is_too_large_is_not_used(log: AxisLog, factor: float) -
     for name, value in TRUTH.items():
         assert estimate.value(name) == pytest.approx(value, rel=DERIVED)
     assert any(f"velocity is {factor:g} times" in note for note in estimate.diagnostics.notes)
+
+
+def test_a_velocity_that_is_zero_while_the_axis_moves_is_not_used(log: AxisLog) -> None:
+    """As that of a file, which is left out when the file is read."""
+    zero = replace(log, measured_velocity=np.zeros(len(log)))
+    without = replace(log, measured_velocity=None)
+    for estimate, alone in (
+        (EnergyEstimator().fit(zero), EnergyEstimator().fit(without)),
+        (identify(zero).estimate, identify(without).estimate),
+    ):
+        assert sum("velocity is 0" in note for note in estimate.diagnostics.notes) == 1
+        assert estimate.parameters == alone.parameters
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])

@@ -19,7 +19,7 @@ from stickslip.estimation.signals.lost_records import LostRecordTuning, with_los
 from stickslip.estimation.signals.observation import fuse
 from stickslip.estimation.signals.resampling import SMALLEST_JITTER, resampled
 from stickslip.estimation.signals.sensor_noise import encoder_step, position_noise
-from stickslip.estimation.signals.velocity_delay import credible_match
+from stickslip.estimation.signals.velocity_delay import checked_velocity
 from stickslip.records import AxisLog, EffortKind, count_of
 
 
@@ -454,14 +454,10 @@ def _with_velocity(
     measurement.
     """
     low_pass = LowPass.of(log.sampling_time)
-    match = credible_match(log, low_pass)
-    T = log.sampling_time
-    if match is not None and (match.scaled or match.shifted(T)):
-        note = (
-            f"the measured velocity is {match.gain:.4g} times that of the positions and delayed by "
-            f"{1e3 * match.delay:.3g} ms; not used"
-        )
+    match, note = checked_velocity(log, low_pass)
+    if note:
         return log, 0.0, 0.0, [note]
+    T = log.sampling_time
     x, v = log.measured_position, log.measured_velocity
     if v is None or match is None or log.segment_starts.size > 1:
         return log, 0.0, 0.0, []

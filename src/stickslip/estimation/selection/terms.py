@@ -266,6 +266,35 @@ def _small_power(exponent: float) -> Shape:
     )
 
 
+def travel_term(position: Float[np.ndarray, " n"]) -> Term:
+    """Return the term of Coulomb friction that varies along the travel, which is never selected.
+
+    Its factor is ``1 + a_1 P_1(s) + a_2 P_2(s)`` with Legendre polynomials of the place s, from -1
+    to 1 over the positions [m or rad].
+    """
+    middle, half = 0.5 * float(np.max(position) + np.min(position)), 0.5 * float(np.ptp(position))
+    return _plain(
+        "travel",
+        "friction varies along the travel",
+        travel_slope=lambda m: m.direction * (m.position - middle) / half,
+        travel_bend=lambda m: m.direction * (1.5 * ((m.position - middle) / half) ** 2 - 0.5),
+    )
+
+
+def reversal_term(extent: float) -> Term:
+    """Return the term of friction that rises or falls over a part of the travel after a reversal.
+
+    A hysteresis, as of a cable or a counterweight, or a lubricant that spreads. It is never
+    selected, as its end is seldom in the log. ``extent`` is the range of the positions [m or rad].
+    """
+
+    def family(distance: float) -> Shape:
+        return replace(_presliding(distance), bounds=ANY)
+
+    text = "friction changes along the travel after each reversal"
+    return _family("reversal", text, family, extent * np.array([0.02, 0.05, 0.1, 0.2, 0.4]))
+
+
 def ripple_term(periods: Sequence[float], tests: int, origin: float) -> Term:
     """Return the term of a force that repeats along the travel.
 

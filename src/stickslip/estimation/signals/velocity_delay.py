@@ -118,32 +118,28 @@ def without_wrong_velocity(
     """
     notes: tuple[str, ...] = ()
     for name in ("velocity", "load velocity") if load else ("velocity",):
-        error = _error(credible_match(log, low_pass, name), log.sampling_time)
-        if error is None:
-            continue
-        log = replace(log, **{_field(name): None})
-        note = f"the measured {name} is {error}, so differences of the position are used instead"
-        notes = (*notes, note)
+        note = checked_velocity(log, low_pass, name)[1]
+        if note:
+            log, notes = replace(log, **{_field(name): None}), (*notes, note)
     return log, notes
 
 
-def credible_match(log: AxisLog, low_pass: LowPass, name: str = "velocity") -> VelocityMatch | None:
-    """Return how a measured velocity compares with its position in the longest stretch.
+def checked_velocity(
+    log: AxisLog, low_pass: LowPass, name: str = "velocity"
+) -> tuple[VelocityMatch | None, str]:
+    """Return how a measured velocity compares with its position, and a note if it is wrong.
 
-    None if one of both is not measured, or the motion does not show it. A velocity of another unit
-    or sign is an InputError. ``name`` is ``"velocity"`` or ``"load velocity"``.
+    No match if one of both is not measured, or the motion does not show it. A velocity of another
+    unit or sign is an InputError. ``name`` is ``"velocity"`` or ``"load velocity"``.
     """
     longest = longest_in_motion(log.segments())
     velocity = getattr(longest, _field(name))
     position = getattr(longest, _field(name).replace("velocity", "position"))
     if velocity is None or position is None:
-        return None
-    unit = log.unit("velocity")
+        return None, ""
     moves = float(np.ptp(position)) > LEAST_RANGE * noise_level(position)
-    if moves and not np.any(velocity):
-        raise InputError(
-            "velocity_zero", where=log.name, name=name, unit=unit, samples=velocity.size
-        )
+    if moves and not np.any(velocity):  # of a driver that does not measure it
+        return None, _UNUSED.format(name=name, error="0 in all samples of a motion")
     match = velocity_match(position, velocity, low_pass, log.sampling_time)
     if match is not None and match.foreign:
         turned = -1.0 / PLAUSIBLE_GAIN[0] <= match.gain <= -PLAUSIBLE_GAIN[0]
@@ -152,25 +148,27 @@ def credible_match(log: AxisLog, low_pass: LowPass, name: str = "velocity") -> V
             where=log.name,
             name=name,
             gain=match.gain,
-            unit=unit,
+            unit=log.unit("velocity"),
         )
-    return match
+    error = "" if match is None else _error(match, log.sampling_time)
+    return match, _UNUSED.format(name=name, error=error) if error else ""
+
+
+_UNUSED = "the measured {name} is {error}, so differences of the position are used instead"
 
 
 def _field(name: str) -> str:
     return "measured_" + name.replace(" ", "_")
 
 
-def _error(match: VelocityMatch | None, sampling_time: float) -> str | None:
-    """Return the error of a velocity in words, or None."""
-    T = sampling_time
-    if match is None:
-        return None
-    errors: list[str] = []
-    if match.scaled:
-        errors.append(f"{match.gain:.4g} times the derivative of the position")
-    if match.shifted(T):
-        side = "behind" if match.delay > 0 else "ahead of"
-        size = abs(match.delay)
-        errors.append(f"{1e3 * size:.3g} ms {side} the position ({size / T:.2g} samples)")
-    return " and ".join(errors) or None
+def _error(match: VelocityMatch, sampling_time: float) -> str:
+    """Return the error of a velocity in words; empty if it has none."""
+    shifted = match.shifted(sampling_time)
+    if not (match.scaled or shifted):
+        return ""
+    text = f"{match.gain:.4g} times the derivative of the position"
+    if not shifted:
+        return text
+    side, size = "behind" if match.delay > 0 else "ahead of", abs(match.delay)
+    samples = size / sampling_time
+    return f"{text} and {1e3 * size:.3g} ms {side} the position ({samples:.2g} samples)"

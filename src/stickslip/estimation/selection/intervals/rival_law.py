@@ -15,7 +15,9 @@ from stickslip.estimation.selection.search.shapes import best_shape, refined
 from stickslip.estimation.selection.terms import (
     SMALL_POWER,
     Term,
+    reversal_term,
     small_power_term,
+    travel_term,
     two_thirds_term,
 )
 from stickslip.records import AxisKind
@@ -42,6 +44,7 @@ _LAWS: dict[tuple[bool, tuple[str, ...]], str] = {
     (True, ("stribeck",)): "a Stribeck effect",
     (True, ("low speed",)): "lower friction at low speed",
     (True, ("stribeck", "quadratic")): "a Stribeck effect with quadratic friction",
+    (False, ("two-thirds", "stribeck")): "a Stribeck effect with the 2/3 power of the speed",
 }
 """Laws of friction over speed in words, by whether they have viscous friction and by the terms that
 make them nonlinear (`BENDS`)."""
@@ -55,7 +58,7 @@ class Rival:
     law: str  #: In words.
     weight: float  #: Least-squares weight w of the other law [-] (`rival_laws`).
     std: float  #: Standard error of the weight [-].
-    larger: bool = False  #: Whether it has more parameters than the selected law.
+    further: int = 0  #: Number of parameters that it has more than the selected law [-].
     load: bool = False  #: Whether it is another load, with the selected law of friction.
 
     @property
@@ -67,10 +70,13 @@ class Rival:
     def explains_more(self) -> bool:
         """Whether the residual decreases with the other law, by more than one standard error.
 
-        Or below that of the selected law, which a weight above one half means. By more than two
-        standard errors with a law of more parameters, which decreases any residual.
+        Or below that of the selected law, which a weight above one half means. With a law of more
+        parameters, which decreases any residual, by more than two standard errors for one and
+        twice the square root of their number for several.
         """
-        return self.weight > (_LARGER * self.std if self.larger else min(self.std, 0.5))
+        if self.further <= 0:
+            return self.weight > min(self.std, 0.5)
+        return self.weight > _LARGER * float(np.sqrt(self.further)) * self.std
 
     @property
     def counts(self) -> bool:
@@ -109,6 +115,7 @@ def rival_laws(
 
     ``terms`` are the candidates of the log; empty for the 2/3 power of the speed alone.
     """
+    nonlinear = len(terms) > 0
     terms = (*(terms or (two_thirds_term(),)), small_power_term())
     tuning = RivalTuning() if tuning is None else tuning
     kept = tuple(pair for pair in model.chosen if pair[0].name not in BENDS)
@@ -118,8 +125,17 @@ def rival_laws(
             continue
         start = replace(model, viscous=viscous, chosen=kept)
         bends = [term for term in terms if term.name in names]
-        if len(bends) == len(names):
+        if names == (SMALL_POWER,):  # each power is a law of its own, as a log shows it roughly
+            powers = [[replace(bends[0], shapes=(shape,))] for shape in bends[0].shapes]
+            found += [_rival(model, start, power, words, tuning) for power in powers]
+        elif len(bends) == len(names):
             found.append(_rival(model, start, bends, words, tuning))
+    if nonlinear:
+        further = {"friction that varies along the travel": travel_term(model.rows.position)}
+        if "presliding" not in model.names:
+            extent = float(np.ptp(model.rows.position))
+            further["friction that changes after each reversal"] = reversal_term(extent)
+        found += [_rival(model, model, [term], words, tuning) for words, term in further.items()]
     gravity = [term for term in terms if term.name == "gravity"]
     if gravity and "spring" in model.names and "gravity" not in model.names:
         start = replace(
@@ -144,8 +160,13 @@ def _rival(
     if other is None or weighed is None:
         return None
     weight, std = weighed
-    larger = other.columns().shape[1] > model.columns().shape[1]
-    return Rival(model=other, law=words, weight=weight, std=std, larger=larger, load=load)
+    further = _parameters(other) - _parameters(model)
+    return Rival(model=other, law=words, weight=weight, std=std, further=further, load=load)
+
+
+def _parameters(model: Model) -> int:
+    """Return the number of parameters, with those of the shapes."""
+    return model.columns().shape[1] + sum(term.family is not None for term, _ in model.chosen)
 
 
 def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
@@ -154,14 +175,18 @@ def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
     if "two-thirds" in names and "direction" in model.names:  # not combined in the search either
         return False
     if not bends:  # the search has tested the terms that would make viscous friction nonlinear
-        return not viscous and names == ("two-thirds",)
+        return not viscous and names in (("two-thirds",), ("two-thirds", "stribeck"))
     if SMALL_POWER in names:  # a curve that is bent more than the selected one
         return bends == {"two-thirds"} and not model.viscous
     return viscous != model.viscous or set(names) != bends
 
 
-def _with_terms(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Model | None:
-    """Return the model with terms in their best shapes; None if one has a wrong sign or no fit."""
+def _with_terms(start: Model, terms: Sequence[Term], tuning: RivalTuning) -> Model | None:
+    """Return the model with terms in their best shapes; None if one has a wrong sign or no fit.
+
+    A term of the model that has the wrong sign beside them is left out: it may stand for the law.
+    """
+    model = start
     for term in terms:
         fits = best_shape(model, term, model.basis())
         if fits is None:
@@ -171,9 +196,12 @@ def _with_terms(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Mod
             model = refined(model)
     if model.rows.size <= model.columns().shape[1] + 1:
         return None
-    signs = [shape.allows(model.coefficients(term.name)) for term, shape in model.chosen]
+    wrong = {t.name for t, shape in model.chosen if not shape.allows(model.coefficients(t.name))}
+    left = tuple(pair for pair in start.chosen if pair[0].name not in wrong)
+    if len(left) < len(start.chosen):
+        return _with_terms(replace(start, chosen=left), terms, tuning)
     coulomb, viscous = model.friction()
-    proper = all(signs) and coulomb > 0.0 and viscous >= 0.0
+    proper = not wrong and coulomb > 0.0 and viscous >= 0.0
     return model if proper and smallest_ratio(model.columns()) > tuning.smallest_ratio else None
 
 
@@ -210,14 +238,14 @@ def rival_note(
     others = [
         (abs(rival.model.friction()[0] - own), rival.model.friction()[0], rival.law)
         for rival in rivals
-        if rival.explains_as_well and (rival.explains_more or not rival.larger) and not rival.load
+        if rival.explains_as_well and (rival.explains_more or rival.further <= 0) and not rival.load
     ]
     difference, other, law = max(others, default=(0.0, own, ""))
     if difference <= tuning.smallest_difference * abs(own):
         return ""
     return (
         f"{law} explains this log as well, with Coulomb friction {other:.4g} {unit} instead of "
-        f"{own:.4g} {unit}; record moves at more speeds to distinguish them"
+        f"{own:.4g} {unit}; record moves at more speeds along the same travel to distinguish them"
     )
 
 
