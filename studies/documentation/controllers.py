@@ -110,7 +110,7 @@ def page(made: PulseReproduction) -> str:
             "never rests: its effort goes on shaking the axis, which is what keeps it near the "
             "target.\n",
             "With delays, lag, resonance, presliding, loads, pushes and other faults, `precise` "
-            "has a servo with feedforward of friction as its rival, at effort limits of up to 30 "
+            "is compared with a servo with feedforward of friction, at effort limits of up to 30 "
             "times friction: [controllers of a rigid axis under faults]"
             "(../evidence/positioning-rivals.md).\n",
             "## How near\n",

@@ -107,7 +107,7 @@ def test_what_lies_below_the_smallest_step_is_reached_by_a_step_beyond_and_back(
 
 @pytest.mark.parametrize("static", [290.0, 299.0, 299.999])
 @pytest.mark.parametrize("share", [1.0, 0.98, 0.33])
-def test_a_breakaway_guessed_far_too_high_is_not_believed_for_ever(static, share):
+def test_a_breakaway_guessed_far_too_high_is_not_taken_as_true_for_ever(static, share):
     # As high as the limit: none of the pulses that it allows is small
     controller = replace(CONTROLLER, friction=symmetric(share * static, static, 500.0))
     run = run_pulses(PLANT, controller, sampling_time=T, duration=20.0)

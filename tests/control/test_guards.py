@@ -396,6 +396,18 @@ def test_glitches_at_rest_do_not_move_the_axis(glitches: int, share: float) -> N
     assert guard.outcome(state) is PositioningOutcome.REACHED
 
 
+def test_an_axis_that_was_displaced_at_rest_is_followed() -> None:
+    """Five equal positions in a row may be glitches, the sixth is not: pulses begin."""
+    guard = guarded(pulses(target=0.0), travel=(-10.0, 10.0), speed=100.0)
+    off, state, efforts = 3.0 * guard.limits.acceleration * T * T, guard.init(), []
+    for k in range(120):
+        seen = off if k >= 40 else 0.0
+        state, effort = guard.step(state, SensorSample(k * T, seen, np.nan, np.nan, np.nan))
+        efforts.append(effort)
+    assert not np.any(efforts[:45])
+    assert np.any(efforts[45:])
+
+
 def test_a_glitch_is_no_way_out_of_the_travel() -> None:
     guard = guarded(pulses(), travel=(-0.05, 0.1), acceleration=1e6, speed=1e9)
     state = guard.init()

@@ -193,7 +193,7 @@ def test_a_move_lands_whatever_viscous_friction_takes_in_a_sample(
 def test_a_strong_axis_stays_within_its_travel_behind_an_unknown_delay(
     target: float, delay: int
 ) -> None:
-    """Friction is unknown, and in truth a third of what is expected of the effort limit."""
+    """Friction is unknown, and in truth a sixth of what is expected of the effort limit."""
     law = PreciseController.unknown_friction(mass=MASS, effort_limit=5000.0, distance=abs(target))
     pulses = replace(PULSES, effort_limit=5000.0, mass=MASS, friction=law)
     pulses = replace(pulses, friction_uncertainty=PreciseController.unknown_spread)
@@ -202,21 +202,24 @@ def test_a_strong_axis_stays_within_its_travel_behind_an_unknown_delay(
     assert run.motion.position[-1] == pytest.approx(target, abs=2e-5)
 
 
-@pytest.mark.parametrize("at_sample", [2, 3])
-def test_a_glitch_in_a_move_is_not_followed(at_sample: int) -> None:
-    """It is off by the whole way, against the motion: no force takes the axis there."""
-    pulses = replace(PULSES, effort_limit=3000.0)
-    controller = PreciseController(pulses=pulses)
-    state, effort = controller.init(), 0.0
-    plant = SingleMass(mass=MASS, friction=LAW)
+@pytest.mark.parametrize(
+    ("samples", "size", "farthest"),
+    [((2,), -0.01, 0.0103), ((3,), -0.01, 0.0103), ((2, 3), -0.01, 0.017), ((4,), -1e-3, 0.014)],
+)
+def test_a_glitch_in_a_move_is_not_followed(
+    samples: tuple[int, ...], size: float, farthest: float
+) -> None:
+    """One that no force explains is not used; of one that is used, the next position is as well."""
+    controller = PreciseController(pulses=replace(PULSES, effort_limit=3000.0))
+    state, plant = controller.init(), SingleMass(mass=MASS, friction=LAW)
     moving: tuple[float, float] = (0.0, 0.0)
-    for k in range(12):
-        seen = moving[0] - (0.01 if k == at_sample else 0.0)
+    for k in range(40):
+        seen = moving[0] + (size if k in samples else 0.0)
         state, effort = controller.step(state, SensorSample(k * T, seen, nan, nan, nan))
         run = simulate(plant, np.array([effort]), sampling_time=T, initial_state=moving)
         moving = (float(run.position[-1]), float(run.velocity[-1]))
-        assert moving[0] < 0.0103
-    assert moving == (pytest.approx(0.01, abs=2e-4), 0.0)
+        assert moving[0] < farthest
+    assert moving[0] == pytest.approx(0.01, abs=2e-4)
 
 
 @pytest.mark.parametrize("lost", [0.1, 0.5])
@@ -476,6 +479,37 @@ def test_a_pulse_that_contradicts_the_move_changes_no_friction_by_much(
     np.testing.assert_array_equal(own.values[exact_state.VISCOUS :], before[exact_state.VISCOUS :])
     assert own.share[0] == pytest.approx(share)  # of the least one 0.7 is taken over
     assert own.share[1] == 1.0
+
+
+def test_pulses_that_contradict_the_move_again_and_again_teach_another_friction() -> None:
+    """A drive that is clipped at 70 % teaches a move twice the friction.
+
+    A pulse of 200 N for a sample, against 100 N and 700 N s/m, goes 64 µm in truth.
+    """
+    run = moved(PRECISE, samples=120)
+    inner = run.controller_state[at.SIZE :].copy()
+    s, own = head(inner), exact_state.own_fields(inner)
+    i = exact_state.COULOMB
+    own.values[i] = own.by_moves[i] = np.log(195.0)
+    own.covariance[i, :] = own.covariance[:, i] = 0.0
+    own.covariance[i, i] = 0.03**2
+    law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=700.0)
+    one = simulate(
+        SingleMass(mass=MASS, friction=law), np.r_[200.0, np.zeros(3)], sampling_time=T
+    ).position
+    friction = []
+    for _ in range(12):
+        s.last.levels[0] = 200.0, 1.0
+        s.last.level_count, s.last.moved = 1, 1
+        s.last.predicted, s.last.achieved = 3e-6, float(one[-1])
+        s.position_count, s.stride = one.size, 1
+        s.positions[: one.size] = s.rest + one
+        s.rest += s.last.achieved
+        exact_learning.learn(s, own)
+        friction.append(float(np.exp(own.values[i])))
+    assert friction[0] > 150.0  # one pulse may be disturbed
+    assert friction[-1] == pytest.approx(100.0, rel=0.1)
+    assert own.share[0] < exact_learning.LARGEST_SHARE
 
 
 def test_a_held_axis_is_not_driven_to_and_fro() -> None:

@@ -127,7 +127,8 @@ _MOVES = 5e-3  # of the travel: an axis let go is moved by more than bristles th
 _WIDE = 4.0  # resolutions: errors of two positions, and of the speed from them
 _STUCK = 5  # samples for which a moving axis was in the same position: it has not stopped there
 _STILL = 2  # samples at rest without effort: the speed at the end is 0
-_AS_FAR, _OFF = 0.25, 4  # of what a position is off: the next one, if no more off; most of them
+_AS_FAR = 0.25  # of its distance from a rest: positions so close together are the same glitch
+_OFF = 4  # lost samples in a row, from which on it is taken for the position
 _ALIKE = 8  # samples: a slow sensor may repeat some
 _SLOWS = 0.9  # of the mean speed of a time: a lower one at its end shows no load
 _CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
@@ -265,7 +266,7 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
 def _stays_off(g: Any, x: float) -> bool:
     """Return whether a position is as far off a rest as the one that was rejected before it.
 
-    A force takes an axis ever farther off. More than `_OFF` in a row are no glitches.
+    A force takes an axis ever farther off.
     """
     same = abs(x - g.rejected) <= _AS_FAR * abs(g.rejected - g.x)
     return same and g.idle >= _STILL and 0 < g.lost < _OFF
@@ -338,7 +339,7 @@ def admit(
     if g.samples == 0:
         speed = v if measured else 0.0
     else:
-        # The speed from positions is that of the middle of the step before, but at rest
+        # The speed from positions is that of the middle of the last step; at rest it is 0
         late = dt if g.idle >= _STILL and not measured else dt + T
         slack = 0.5 * g.acceleration * dt * late + _WIDE * g.resolution
         slack += (g.velocity_resolution if measured else _WIDE * g.resolution / T) * late

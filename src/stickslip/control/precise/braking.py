@@ -54,7 +54,7 @@ _SLOWER = 0.5  # of the time constant: added by each of more turns, where a load
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
 _VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
-STRONGEST = 1.2  # of the effort limit: a push
+STRONGEST_PUSH = 1.2  # of the effort limit: a push
 _GAIN = 0.8  # of the speed is taken away in a sample of a push
 _NOISY = 0.2  # of the effort limit: that of an error of the speed; a larger one lowers the gain
 _STRONG = 0.5  # of the limit: standard deviation of a load
@@ -188,7 +188,7 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     faster = abs(new) >= abs(old) and old * new > _SURE * new * new
     faster = faster and abs(new + old) > _VISIBLE * p.noise
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
-    jumps = jumps and 2.0 * m * abs(new) <= STRONGEST * p.limit * p.period * p.period
+    jumps = jumps and 2.0 * m * abs(new) <= STRONGEST_PUSH * p.limit * p.period * p.period
     steady = p.shaken == 0 and p.swung == 0 and (p.fast == 0 or p.turns <= _TURNS)
     may = (p.held > 0 and p.swung == 0) or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
     return (faster or jumps) and may and p.past_count >= PAST and _runs(p, m, F, new / p.period)

@@ -343,7 +343,7 @@ def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
         u = hold(p, m, _mean_friction(own), measured)
     if p.moving == 0:
         _ended(p, s, own)
-        missed = moved and measured and abs(s.target - x) > s.tolerance
+        missed = moved and measured and p.glitch != 1 and abs(s.target - x) > s.tolerance
         if missed and _servo_continues(p):
             start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
             return servo_effort(p, x)

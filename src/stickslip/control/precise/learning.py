@@ -5,10 +5,10 @@ A mass that moves one way from the time t_d on obeys
     m x + F tau^2/2 + c X + g tau = U,    tau = t - t_d,  X = integral of x,
 
 where U is the double integral of the effort that acts: the command, later by t_d and through a
-first-order lag. It is linear in m, F and c, no sample is differentiated, and the noise of a sample
-is that of its row over m. The impulse g is what friction takes less at first: bristles bend before
-they slip. For each of some delays and lags a Kalman filter has these parameters and the evidence of
-all samples so far,
+first-order lag. It is linear in m, F and c, no sample is differentiated but in a small term of X,
+and the noise of a sample is that of its row over m. The impulse g is what friction takes less at
+first: bristles bend before they slip. For each of some delays and lags a Kalman filter has these
+parameters and the evidence of all samples so far,
 
     J = sum of [innovation^2/S + log S],
 
@@ -81,7 +81,10 @@ OWN_DTYPE = np.dtype(
         ("seen", "i8"),  # 1 once it has moved
         ("wild", "i8"),  # innovations that the model does not explain
         ("off", "f8"),  # the last of them
-        ("glitch", "i8"),  # 1 if the last sample was one
+        (
+            "glitch",
+            "i8",
+        ),  # 1: the last position was not used; -1: it was, though no law explains it
         ("shakes", "i8"),  # how often their sign has changed, counted by weight
         ("reversals", "i8"),  # how often it has changed in this move, `_SLOW` samples apart or more
         ("reversed_at", "i8"),  # sample of the move in which it has changed last
@@ -307,7 +310,8 @@ def learn(p: Any, x: float, measured: bool) -> None:
     in_use, explained = 0.0, 0.0  # innovation of the model in use, and its variance
     friction = 0.5 * _EARLY_FRICTION * p.values[p.best, 1]
     early = max(_EARLY * p.shortest - _NO_EARLY, 0.0) * T
-    area = p.area - T * T * p.v / 12.0  # the Euler-Maclaurin formula
+    # Trapezoids are too large by T^2 (v - v_0)/12 (Euler and Maclaurin), with v_0 = 0
+    area = p.area - T * T * p.v / 12.0
     row, gain = np.empty(ROWS), np.empty(ROWS)
     for h in range(MODELS):
         _integrate(p, h)

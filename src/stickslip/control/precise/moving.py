@@ -8,13 +8,15 @@ From there on there are three parts:
 2. The acceleration a after which the state is on the curve of that stop, v^2 = 2 b (e - e_0):
    (v + a T)^2 = 2 b (e - e_0 - v T - a T^2/2). The way e_0 = 1.5 b T^2 costs one sample, and lets
    the last part end with a third of the braking, and so of what is wrong with it.
-3. As soon as n samples within the limit lead to rest at the target, those with the least sum of
-   squares of the force f = u - F, planned anew in each sample as long as noise is small beside what
-   it changes. A sample of f and k more without it add, with z = c T/m,
+3. As soon as n samples within the limit lead almost to rest at the target, those with the least sum
+   of squares of the force f = u - F, planned anew in each sample as long as noise is small beside
+   what it changes. A sample of f and k more without it add, with z = c T/m,
 
        f T/m e^(-k z) phi_1(-z)  to the speed, f T^2/m [phi_2(-z) + k phi_1(-z) phi_1(-k z)]  to x.
 
-The effort for an acceleration is m a + F + c v, with what has been learned so far.
+The effort for an acceleration is m a + F + c v, with what has been learned so far. Viscous friction
+is exact in the prediction of the state and in part 3; parts 1 and 2 take it as constant in a
+sample, and the curve neglects it.
 """
 
 import math
@@ -22,7 +24,7 @@ from typing import Any
 
 from stickslip.compiled import compiled
 from stickslip.control.precise.braking import (
-    STRONGEST,
+    STRONGEST_PUSH,
     start_braking,
     start_holding_load,
     start_holding_moving,
@@ -178,7 +180,8 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
 
     The effort that acted at the start of the sample is ``f``. An innovation of more than three
     standard deviations is that of the acceleration. A position that no possible force explains is a
-    glitch, and not used, but never twice in a row.
+    glitch, and not used; the next one is, and so is the one after a position that was used
+    although no law explains it.
     """
     T = p.period
     law = model(p)
@@ -197,11 +200,12 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     p.p_xx, p.p_xv, p.p_vv = p_xx + 0.25 * q * T**4, p_xv + 0.5 * q * T**3, p_vv + q * T**2
     if measured:
         off, R = x - x_0, variance_of(p)
-        most = 0.5 * STRONGEST * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
+        most = 0.5 * STRONGEST_PUSH * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
         p.glitch = 1 if p.glitch == 0 and abs(off) > most else 0
-    if measured and p.glitch == 0:
+    if measured and p.glitch != 1:
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:
+            p.glitch = -1
             if off * p.off < 0.0:
                 p.reversals += 1 if p.samples - p.reversed_at >= _SLOW else 0
                 p.reversed_at = p.samples
@@ -231,8 +235,8 @@ def _ahead(p: Any) -> tuple[float, float, float]:
     a lag does, and X is where the axis comes to rest once V = 0. Returns X, V and v.
     """
     m, F, c = model(p)
-    if p.seen == 0 and p.known == 0:  # what takes it farthest, as it cannot be corrected until then
-        F = max(F - _CERTAIN * math.sqrt(p.covariance[p.best, 1, 1]), 0.0)
+    if p.seen == 0 and p.known == 0:  # the least plausible, as it cannot be corrected until then
+        F = max(F - _CERTAIN * math.sqrt(max(p.covariance[p.best, 1, 1], 0.0)), 0.0)
     law = (m, F, c)
     T, delay = p.period, delay_of(p.best)
     lag, f = lag_of(p.best) * T, p.effort[p.best]
@@ -263,12 +267,15 @@ def _gains(z: float, k: int) -> tuple[float, float]:
 
 @compiled()
 def _plan_last(p: Any, e: float, v: float, n: int) -> None:
-    """Plan the n least forces that lead to rest at the target; one alone leads to rest only."""
+    """Plan the n least forces that lead almost to rest at the target; one leads to that speed only.
+
+    Friction takes the axis the last bit: an effort that stops it early could drive it back.
+    """
     m, F, _ = model(p)
     T, z = p.period, _drag(p)
-    end = math.sqrt(_GLIDES * 2.0 * max(F, 0.0) * p.bend / m)
-    speed = (end - v * math.exp(-n * z)) / T
-    way = (e - _GLIDES * p.bend - v * n * T * phi1(-n * z)) / (T * T)
+    glide = _GLIDES * p.bend if F > 0.0 else 0.0
+    speed = (math.sqrt(2.0 * max(F, 0.0) * glide / m) - v * math.exp(-n * z)) / T
+    way = (e - glide - v * n * T * phi1(-n * z)) / (T * T)
     vv = vx = xx = 0.0
     for k in range(n):
         by_v, by_x = _gains(z, k)
@@ -291,12 +298,12 @@ def _of_last(p: Any, k: int, speed: float) -> float:
 
 
 @compiled()
-def _can_end(p: Any, e: float, v: float) -> bool:
+def _can_end(p: Any, e: float, v: float, speed: float) -> bool:
     """Plan the last part with the least number of samples within the limit, if there is one."""
     F, most = model(p)[1], _USED * p.move_effort
     for n in range(_FIRST, _LAST + 1):
         _plan_last(p, e, v, n)
-        push, brake = _of_last(p, n - 1, v), _of_last(p, 0, 0.0)
+        push, brake = _of_last(p, n - 1, speed), _of_last(p, 0, 0.0)
         if max(abs(push), abs(brake)) <= most and brake <= F:
             return True
     p.left = 0
@@ -345,7 +352,7 @@ def _decide(p: Any) -> float:
         noise = 6.0 * p.noise / (T * T * n * (n + 1.0)) * m
         if noise <= _QUIET * p.move_effort or n == 1:
             _plan_last(p, e, v, n)
-            if abs(_of_last(p, n - 1, speed)) > p.move_effort and not _can_end(p, e, v):
+            if abs(_of_last(p, n - 1, speed)) > p.move_effort and not _can_end(p, e, v, speed):
                 _plan_last(p, e, v, n)
         return _next_of_last(p, speed)
     reacts = p.samples > delay_of(p.best) + _REACTION * lag_of(p.best) + 1.0
@@ -357,7 +364,7 @@ def _decide(p: Any) -> float:
     gentle = _TAPER * b * T * T
     if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - gentle - x_1):
         return p.move_effort
-    if _can_end(p, e, v):
+    if _can_end(p, e, v, speed):
         return _next_of_last(p, speed)
     B, C = 2.0 * v / T + b, (v * v - 2.0 * b * (e - gentle - v * T)) / (T * T)
     root = B * B - 4.0 * C
@@ -389,10 +396,10 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
         return 0.0
     if coasts > p.bend and p.waited <= _STOPPING:
         p.quiet = 0
-        if e > 2.0 * p.bend and _can_end(p, e, v):
+        if e > 2.0 * p.bend and _can_end(p, e, v, speed):
             return _next_of_last(p, speed)
         # Beyond the target, what friction certainly does
-        unsure = _CERTAIN * math.sqrt(p.covariance[p.best, 1, 1]) if e < 0.0 else 0.0
+        unsure = _CERTAIN * math.sqrt(max(p.covariance[p.best, 1, 1], 0.0)) if e < 0.0 else 0.0
         holding = max(F - unsure, 0.0)
         u = -_GENTLY * m * v / p.period + math.copysign(holding, speed) + c * speed
         if u * speed > 0.0:  # friction alone stops it as soon
@@ -427,7 +434,7 @@ def go_on(p: Any, position: float, measured: bool) -> float:
         _track(p, x, measured, p.effort[p.best])
         if p.seen and p.v <= 0.0:
             p.open = 0  # it has stopped within the sample
-        if measured and p.glitch == 0:
+        if measured and p.glitch != 1:
             p.seen = 1 if p.seen or x > _SEEN * p.noise else 0
             learn(p, x, True)
             tau = (p.samples - delay_of(p.best)) * p.period

@@ -50,6 +50,7 @@ _WIDENING, _WIDENINGS = 100.0, 4  # of its variance, and so often at most
 _ROUNDED = 1e-12  # of a variance: none
 _SMALL = 0.1  # of the Coulomb friction: viscous friction that hardly counts
 _HEAVIER, _STICKIER = 1.5, 10.0  # factors of mass and friction from those that a move has taught
+_UNTAUGHT = 0.25  # variance of the logarithm of Coulomb friction that a move has taught wrongly
 _LEAST_SHARE, LARGEST_SHARE = 0.5, 8.0  # of a predicted displacement that is achieved
 _SHARED = 0.7  # part of a deviation that a share takes over
 _MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
@@ -292,13 +293,18 @@ def _fit(s: Any, own: Any) -> None:
             P[:] = own.covariance
             for i in range(COULOMB, VISCOUS):
                 P[i, i] += own.walk
+            contradicted = own.share[side] >= LARGEST_SHARE  # pulse after pulse
+            if contradicted:
+                P[COULOMB + side, COULOMB + side] += _UNTAUGHT
             for i in range(VISCOUS, n):  # one displacement cannot teach both kinds of friction
                 P[i, :] = 0.0
                 P[:, i] = 0.0
             _maximum(s, own, P, at, _ROUGH, value, Q)
             if _beyond(own, value):
                 value[:], Q[:] = prior, own.covariance
-            if s.last.predicted != 0.0:
+            if contradicted:
+                own.share[side] = 1.0
+            elif s.last.predicted != 0.0:
                 achieved = max(s.last.achieved / s.last.predicted, _LEAST_SHARE)
                 share = own.share[side] * achieved**_SHARED
                 own.share[side] = min(max(share, _LEAST_SHARE), LARGEST_SHARE)
