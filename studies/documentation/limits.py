@@ -93,7 +93,7 @@ def _cells(score: ParameterScore) -> list[str]:
 
 
 def rows(title: str, study: EstimatorStudy) -> list[list[str]]:
-    """Return the rows of one case, what repeats stated once."""
+    """Return the rows of one case, without the cells that repeat."""
     made: list[list[str]] = []
     for score in study.applied:
         name = score.name + (" \\*" if score.assumes_inertia else "")

@@ -15,6 +15,7 @@ from rich.console import Console
 
 from stickslip.cli.arguments import folder, whole_number
 from stickslip.cli.terminal import console_on, one_line, progress_bar, reader_may_leave, say
+from stickslip.presentation.page import Text
 from stickslip.presentation.table import Table, print_table
 from stickslip.records import InputError, StickslipError
 from studies import van_de_wijdeven as parts
@@ -124,8 +125,12 @@ def _print(console: Console, result: parts.Reproduced) -> None:
     console.print()
     for section in own_sections(reproduction):
         for block in section.blocks:
-            if isinstance(block, Table) and block.style != "options":
+            if isinstance(block, Text):
+                console.print(f"{block.text}\n", markup=False)
+            elif isinstance(block, Table) and block.style != "options":
                 print_table(console, block)
+                if block.caption:
+                    console.print(f"{block.caption}\n", markup=False)
     _print_claims(console, reproduction.claims)
     console.print()
     console.print(f"Page     {result.page}", soft_wrap=True)

@@ -111,7 +111,8 @@ def _successive_series(every: Sequence[SuccessiveSeries]) -> Table:
         ],
         rows=[
             (
-                f"{100 * each.friction_error:+g} %, {'learns' if each.learning else 'stays'}",
+                f"{100 * each.friction_error:+g} %, ".replace("-", "−")
+                + ("learns" if each.learning else "stays"),
                 *(
                     prefixed(max(abs(float(error)), float(swing)), "m")
                     for error, swing in zip(each.error, each.swing, strict=True)

@@ -33,7 +33,11 @@ def _estimates(every: Sequence[FiveRuns]) -> list[Block]:
             "not how true the estimates are: compensating the noise can make it larger.",
             columns=[
                 Column("case", "left"),
-                *(Column(f"{loop}, run {run}") for loop in loops for run in runs),
+                *(
+                    Column(f"{loop}, run {run}", only="" if run in (runs[0], runs[-1]) else "page")
+                    for loop in loops
+                    for run in runs
+                ),
             ],
             rows=[(case, *cells) for case, cells in errors.items()],
         ),
@@ -43,11 +47,16 @@ def _estimates(every: Sequence[FiveRuns]) -> list[Block]:
 def _learned(of_loop: Sequence[FiveRuns]) -> Table:
     names = list(of_loop[0].values)
     runs = range(1, of_loop[0].itse.size + 1)
+    ends = {runs[0], runs[-1]}
     return Table(
         title=f"Estimates, {of_loop[0].loop}",
         columns=[
             Column("case", "left"),
-            *(Column(f"run {run}: {_quantity(name)}") for name in names for run in runs),
+            *(
+                Column(f"run {run}: {_quantity(name)}", only="" if run in ends else "page")
+                for name in names
+                for run in runs
+            ),
         ],
         rows=[
             (each.case, *(f"{value:.4f}" for name in names for value in each.values[name]))
@@ -102,7 +111,9 @@ def _errors(of_loop: Sequence[VariantScore]) -> Table:
             Column("variant", "left"),
             Column("σ assumed"),
             *(
-                Column(f"noise × {noise:g}: {_label(name)} [%]")
+                Column(
+                    f"noise × {noise:g}: {_label(name)} [%]", only="" if noise == 1.0 else "page"
+                )
                 for noise in noises
                 for name in names
             ),
@@ -129,7 +140,7 @@ def _coverage(scores: Sequence[VariantScore]) -> Table:
             Column("loop", "left"),
             Column("noise"),
             Column("σ assumed"),
-            *(Column(f"in it: {_label(name)} [%]") for name in names),
+            *(Column(f"covered: {_label(name)} [%]") for name in names),
         ],
         rows=[
             (
@@ -137,15 +148,17 @@ def _coverage(scores: Sequence[VariantScore]) -> Table:
                 each.loop,
                 _ratio(each.noise),
                 _ratio(each.assumed),
-                *(f"{100 * (each.coverage or {})[name]:.1f}" for name in names),
+                *(f"{100 * coverage[name]:.1f}" for name in names),
             )
             for each in scores
+            if (coverage := each.coverage) is not None
         ],
     )
 
 
 def _label(name: str) -> str:
-    return parameter_label(name).removesuffix(" friction")
+    label = parameter_label(name).removesuffix(" friction")
+    return "viscous" if label == "Viscous" else label
 
 
 def _quantity(name: str) -> str:

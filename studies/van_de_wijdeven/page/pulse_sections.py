@@ -200,7 +200,7 @@ def _resolution_scores(scores: Sequence[ResolutionScore]) -> Table:
             Column("encoder step", "left"),
             Column("f_s/f_c"),
             Column("friction changes by"),
-            Column("T", short="T"),
+            Column("T"),
             Column("Eq. 24", only="page"),
             Column("median error"),
             Column("95 % below"),

@@ -48,7 +48,7 @@ class LandingScore(Record):
     time_ratio: Spread | None
     series: Spread | None  #: Fired in a move [1]; None for a controller without series.
     #: Share of the moves that ended outside the bound though the controller took them for landed
-    #: [1]; None if it reports none.
+    #: [1]; None if it reports nothing.
     misjudged: float | None
     #: The farthest that either mass ever was beside the way between start and target, over the move
     #: [1].
