@@ -198,8 +198,8 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     p_vv = p.p_vv
     p.x, p.v = x_0, v_0
     p.p_xx, p.p_xv, p.p_vv = p_xx + 0.25 * q * T**4, p_xv + 0.5 * q * T**3, p_vv + q * T**2
+    off, R = x - x_0, variance_of(p)
     if measured:
-        off, R = x - x_0, variance_of(p)
         most = 0.5 * STRONGEST_PUSH * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
         p.glitch = 1 if p.glitch == 0 and abs(off) > most else 0
     if measured and p.glitch != 1:
@@ -235,9 +235,10 @@ def _ahead(p: Any) -> tuple[float, float, float]:
     a lag does, and X is where the axis comes to rest once V = 0. Returns X, V and v.
     """
     m, F, c = model(p)
-    if p.seen == 0 and p.known == 0:  # the least plausible, as it cannot be corrected until then
-        F = max(F - _CERTAIN * math.sqrt(max(p.covariance[p.best, 1, 1], 0.0)), 0.0)
-    law = (m, F, c)
+    unsure = 0.0
+    if p.seen == 0 and p.known == 0:  # the least plausible friction: nothing corrects it until then
+        unsure = min(_CERTAIN * math.sqrt(max(p.covariance[p.best, 1, 1], 0.0)), max(F, 0.0))
+    law = (m, F - unsure, c)
     T, delay = p.period, delay_of(p.best)
     lag, f = lag_of(p.best) * T, p.effort[p.best]
     whole, sign = int(delay), direction(p)
