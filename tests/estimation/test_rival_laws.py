@@ -130,26 +130,6 @@ def test_a_small_power_counts_beside_a_term_that_stands_for_it(
         assert interval[0] <= truth <= interval[1]
 
 
-def falling_after_reversals(motion: Motion) -> Float[np.ndarray, " n"]:
-    """Return friction that falls over 10 mm after each reversal [N]."""
-    sign = np.sign(motion.velocity)
-    path = np.cumsum(np.abs(np.diff(motion.position, prepend=motion.position[0])))
-    turned = np.concatenate(([True], np.diff(sign) != 0))
-    start = np.maximum.accumulate(np.where(turned, np.arange(sign.size), 0))
-    return 0.5 * sign * np.exp(-(path - path[start]) / 0.01)
-
-
-def test_intervals_hold_where_friction_falls_after_a_reversal() -> None:
-    """A Stribeck effect and a spring are selected, and the mass is 6 % off."""
-    found = SelectedModelEstimator().fit(log_of(falling_after_reversals, noise=0.1))
-    assert found.status is Status.OK
-    assert abs(found.value("mass") / 3.0 - 1.0) > 0.05
-    for name in ("mass", "viscous_friction", "coulomb_friction"):
-        interval = found.parameters[name].ci95
-        assert interval is not None
-        assert interval[0] <= TRUTH[name] <= interval[1]
-
-
 def swing_log(load: Extra, noise: float, seed: int = 0) -> AxisLog:
     """Return a log of a rotary axis that swings by 2.4 rad."""
     motion, acts = Motion(time=TIME), Motion(time=MIDDLE)

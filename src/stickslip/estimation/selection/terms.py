@@ -281,20 +281,6 @@ def travel_term(position: Float[np.ndarray, " n"]) -> Term:
     )
 
 
-def reversal_term(extent: float) -> Term:
-    """Return the term of friction that rises or falls over a part of the travel after a reversal.
-
-    A hysteresis, as of a cable or a counterweight, or a lubricant that spreads. It is never
-    selected, as its end is seldom in the log. ``extent`` is the range of the positions [m or rad].
-    """
-
-    def family(distance: float) -> Shape:
-        return replace(_presliding(distance), bounds=ANY)
-
-    text = "friction changes along the travel after each reversal"
-    return _family("reversal", text, family, extent * np.array([0.02, 0.05, 0.1, 0.2, 0.4]))
-
-
 def ripple_term(periods: Sequence[float], tests: int, origin: float) -> Term:
     """Return the term of a force that repeats along the travel.
 

@@ -15,7 +15,6 @@ from stickslip.estimation.selection.search.shapes import best_shape, refined
 from stickslip.estimation.selection.terms import (
     SMALL_POWER,
     Term,
-    reversal_term,
     small_power_term,
     travel_term,
     two_thirds_term,
@@ -131,11 +130,8 @@ def rival_laws(
         elif len(bends) == len(names):
             found.append(_rival(model, start, bends, words, tuning))
     if nonlinear:
-        further = {"friction that varies along the travel": travel_term(model.rows.position)}
-        if "presliding" not in model.names:
-            extent = float(np.ptp(model.rows.position))
-            further["friction that changes after each reversal"] = reversal_term(extent)
-        found += [_rival(model, model, [term], words, tuning) for words, term in further.items()]
+        words = "friction that varies along the travel"
+        found.append(_rival(model, model, [travel_term(model.rows.position)], words, tuning))
     gravity = [term for term in terms if term.name == "gravity"]
     if gravity and "spring" in model.names and "gravity" not in model.names:
         start = replace(
