@@ -199,10 +199,6 @@ BENT: list[tuple[dict[str, Any], dict[str, float]]] = [
         {"mass": MASS, "coulomb_friction": COULOMB},
     ),
     (
-        {"viscous": 0.0, "two_thirds": 4.0, "static": 4.5, "stribeck_velocity": 0.04},
-        {"mass": MASS, "coulomb_friction": COULOMB},
-    ),
-    (
         {"static": 7.0, "stribeck_velocity": 0.25},
         BASE | {"stribeck_velocity": 0.25},
     ),

@@ -78,6 +78,7 @@ _FEWEST = 7.0  # samples of a move behind an unknown delay, per standard deviati
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _USED = 0.9  # of the limit: by the last part as it is planned first
+_HOLDS = 0.25  # of the limit: friction that may hold the axis
 _GLIDES = 0.08  # of half the tolerance: the last way, in which friction alone stops the axis
 _TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
 _FREES = 0.98  # of the limit: an effort that moves any axis which is not blocked
@@ -180,8 +181,8 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
 
     The effort that acted at the start of the sample is ``f``. An innovation of more than three
     standard deviations is that of the acceleration. A position that no possible force explains is a
-    glitch, and not used; the next one is, and so is the one after a position that was used
-    although no law explains it.
+    glitch, and not used; the next one is, and so are all after a position that was used although no
+    law explains it, as on an axis that vibrates.
     """
     T = p.period
     law = model(p)
@@ -201,7 +202,7 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     off, R = x - x_0, variance_of(p)
     if measured:
         most = 0.5 * STRONGEST_PUSH * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
-        p.glitch = 1 if p.glitch == 0 and abs(off) > most else 0
+        p.glitch = 1 if p.glitch == p.wild == 0 and abs(off) > most else 0
     if measured and p.glitch != 1:
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:
@@ -231,12 +232,15 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
 def _ahead(p: Any) -> tuple[float, float, float]:
     """Return the state at the time at which the next command acts.
 
+    It is that of the least plausible friction before any motion is seen, as nothing corrects it
+    yet, unless friction is much of the limit: it may hold the axis.
+
     Behind a lag tau, X = x + tau v and V = v + tau (f - F)/m obey V' = (u - F)/m as a mass without
     a lag does, and X is where the axis comes to rest once V = 0. Returns X, V and v.
     """
     m, F, c = model(p)
     unsure = 0.0
-    if p.seen == 0 and p.known == 0:  # the least plausible friction: nothing corrects it until then
+    if p.seen == 0 and p.known == 0 and _HOLDS * p.limit > F:
         unsure = min(_CERTAIN * math.sqrt(max(p.covariance[p.best, 1, 1], 0.0)), max(F, 0.0))
     law = (m, F - unsure, c)
     T, delay = p.period, delay_of(p.best)

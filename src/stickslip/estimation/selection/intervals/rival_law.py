@@ -43,7 +43,6 @@ _LAWS: dict[tuple[bool, tuple[str, ...]], str] = {
     (True, ("stribeck",)): "a Stribeck effect",
     (True, ("low speed",)): "lower friction at low speed",
     (True, ("stribeck", "quadratic")): "a Stribeck effect with quadratic friction",
-    (False, ("two-thirds", "stribeck")): "a Stribeck effect with the 2/3 power of the speed",
 }
 """Laws of friction over speed in words, by whether they have viscous friction and by the terms that
 make them nonlinear (`BENDS`)."""
