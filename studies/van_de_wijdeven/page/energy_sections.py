@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from stickslip.presentation.page import Block, Section, Text
 from stickslip.presentation.table import Column, Table
-from stickslip.records import parameter_label, unit_of, unit_text
+from stickslip.records import in_words, unit_of, unit_text
 from studies.van_de_wijdeven.records import EnergyReproduction, FiveRuns, VariantScore
 
 
@@ -33,27 +33,27 @@ def _estimates(every: Sequence[FiveRuns]) -> list[Block]:
             "not how true the estimates are: compensating the noise can make it larger.",
             columns=[
                 Column("case", "left"),
-                *(
-                    Column(f"{loop}, run {run}", only="" if run in (runs[0], runs[-1]) else "page")
-                    for loop in loops
-                    for run in runs
-                ),
+                *(_of_run(f"{loop}, run {run}", run, runs) for loop in loops for run in runs),
             ],
             rows=[(case, *cells) for case, cells in errors.items()],
         ),
     ]
 
 
+def _of_run(head: str, run: int, runs: range) -> Column:
+    """Return a column of a run; a terminal shows those of the first run and the last one."""
+    return Column(head, only="" if run in (runs[0], runs[-1]) else "page")
+
+
 def _learned(of_loop: Sequence[FiveRuns]) -> Table:
     names = list(of_loop[0].values)
     runs = range(1, of_loop[0].itse.size + 1)
-    ends = {runs[0], runs[-1]}
     return Table(
         title=f"Estimates, {of_loop[0].loop}",
         columns=[
             Column("case", "left"),
             *(
-                Column(f"run {run}: {_quantity(name)}", only="" if run in ends else "page")
+                _of_run(f"run {run}: {_quantity(name)}", run, runs)
                 for name in names
                 for run in runs
             ),
@@ -157,8 +157,7 @@ def _coverage(scores: Sequence[VariantScore]) -> Table:
 
 
 def _label(name: str) -> str:
-    label = parameter_label(name).removesuffix(" friction")
-    return "viscous" if label == "Viscous" else label
+    return in_words(name).removesuffix(" friction")
 
 
 def _quantity(name: str) -> str:

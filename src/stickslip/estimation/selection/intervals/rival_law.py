@@ -170,7 +170,7 @@ def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
     if "two-thirds" in names and "direction" in model.names:  # not combined in the search either
         return False
     if not bends:  # the search has tested the terms that would make viscous friction nonlinear
-        return not viscous and names in (("two-thirds",), ("two-thirds", "stribeck"))
+        return not viscous and names == ("two-thirds",)
     if SMALL_POWER in names:  # a curve that is bent more than the selected one
         return bends == {"two-thirds"} and not model.viscous
     return viscous != model.viscous or set(names) != bends
