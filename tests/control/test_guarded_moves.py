@@ -91,10 +91,11 @@ def moved(
     sensor: Samples = lambda _, x: x,
     delay: int = 0,
     samples: int = 800,
+    seed: int = 1,
 ) -> Moved:
     """Run a move under a load, with a sign and delay of the effort, an end stop and a sensor."""
     efforts = [0.0] * delay
-    generator = np.random.default_rng(1)
+    generator = np.random.default_rng(seed)
     target = guard.controller.target
     low, high = sorted((0.0, target))
     state, x, v, farthest, wrong = guard.init(), 0.0, 0.0, 0.0, 0
@@ -165,6 +166,19 @@ def test_a_load_that_moves_the_axis_before_a_late_effort_is_no_wrong_sign(limit:
         efforts.append(effort)
         for _ in range(round(T / FINE)):
             x, v = advanced(x, v, efforts[-1 - delay] + load)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("noise", [1e-6, 2e-6, 4e-6])
+def test_a_load_near_the_effort_limit_is_no_wrong_sign(
+    noise: float, side: float, seed: int
+) -> None:
+    """Noise and the fall before the axis is braked look like an effort to the wrong side."""
+    guard = guarded(3.0, noise=noise, target=side * WAY)
+    run = moved(guard, load=-2.8 * side * FRICTION, noise=noise, seed=seed)
+    assert "sign" not in run.why
+    assert run.farthest < 1.5 * WAY
 
 
 def test_another_target_is_tried_once_the_load_is_gone() -> None:

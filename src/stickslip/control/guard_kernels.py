@@ -66,6 +66,7 @@ STATE = np.dtype(
         ("driven_x", "f8"),  # position at the first of them
         ("driven_by", "f8"),  # that effort
         ("wait", "i8"),  # samples that may show what an effort to the other side has done
+        ("strong", "i8"),  # samples in a row with a strong effort; `_ALIKE` more of the first ones
         ("turning", "f8"),  # change of position in a sample, over the last clear way against it
         ("pushing", "i8"),  # samples in a row with nearly the largest effort and no motion
         ("pushing_from", "f8"),
@@ -186,15 +187,20 @@ def _falls(g: Any, x: float, v: float, rests: bool) -> bool:
 
 @compiled()
 def _turns_away(g: Any, x: float) -> bool:
-    """Return whether the first strong effort to one side accelerates the axis to the other."""
+    """Return whether the first strong effort to one side accelerates the axis to the other.
+
+    Two mean speeds are compared, over times so long that such an acceleration exceeds the errors of
+    the positions, and in which the effort acts.
+    """
     strong = abs(g.effort) >= _DRIVES * g.effort_limit
     if g.follows == 1 or not (strong or g.driven_by != 0.0):
         return False
     if strong and g.effort * g.driven_by <= 0.0:
         # Behind a delay the axis goes on by the effort before
-        g.wait = 0 if g.driven_by == 0.0 else _ALIKE
+        g.wait, g.strong = (0, _ALIKE) if g.driven_by == 0.0 else (_ALIKE, 0)
         g.driven_by = g.effort
         g.driven, g.turning, g.driven_x = 0, 0.0, x
+    g.strong = g.strong + 1 if strong else 0
     if g.wait > 0:
         g.wait -= 1
         g.driven_x = x
@@ -202,14 +208,16 @@ def _turns_away(g: Any, x: float) -> bool:
     g.driven += 1
     way, error = np.copysign(1.0, g.driven_by) * (x - g.driven_x), _CLEAR * g.resolution
     g.follows = 1 if way > error else 0
-    if way >= -error:
+    known = g.mass[0] > 0.0
+    gained = _REVERSED * abs(g.effort) * g.period * g.period * g.driven
+    gained = gained / (g.mass[0] + g.mass[1]) if known else 0.0
+    if way >= -error or (strong and known and gained * g.driven < g.resolution):
         return False
-    pace = way / g.driven
-    gained = abs(g.effort) * g.period * g.period * g.driven
-    gained = _REVERSED * gained / (g.mass[0] + g.mass[1]) if g.mass[0] > 0.0 else 0.0
-    faster = strong and pace < _FASTER * g.turning < 0.0 and g.turning - pace > gained
-    g.turning, g.driven, g.driven_x = pace, 0, x
-    return faster
+    pace, acted = way / g.driven, g.strong >= g.driven + _ALIKE
+    gained += g.resolution / g.driven if known else 0.0
+    faster = pace < _FASTER * g.turning < 0.0 and g.turning - pace > gained
+    g.turning, g.driven, g.driven_x = (pace if acted else 0.0), 0, x
+    return acted and faster
 
 
 @compiled()

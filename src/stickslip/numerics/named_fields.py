@@ -18,6 +18,18 @@ from numba.extending import intrinsic, overload
 _PLACE = 8  # bytes of a number in the vector
 
 
+class Record(np.void):
+    """A structure whose fields are attributes, in half the time of `numpy.record`."""
+
+    __setattr__ = np.void.__setitem__
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except ValueError as error:
+            raise AttributeError(name) from error
+
+
 def places(dtype: np.dtype[Any]) -> int:
     """Return how many numbers of the vector a dtype takes."""
     return dtype.itemsize // _PLACE
@@ -58,9 +70,11 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
 
         return record(vector), address
 
+    with_attributes = _with_attributes(dtype)
+
     # The export to C reads dtype and start from the function
     def fields(vector: Float[np.ndarray, " s"]) -> Any:
-        return np.ndarray(1, np.dtype((np.record, dtype)), vector, _PLACE * start)[0]
+        return np.ndarray(1, with_attributes, vector, _PLACE * start)[0]
 
     # Numba compares the signatures of both, which therefore have no annotations
     def typed(vector):  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]
@@ -73,11 +87,22 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
     return fields
 
 
+def _with_attributes(dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """Return a dtype of the same layout, whose structures are records."""
+    if dtype.subdtype is not None:
+        return np.dtype((_with_attributes(dtype.base), dtype.shape))
+    if dtype.fields is None:
+        return dtype
+    return np.dtype(
+        (Record, [(name, _with_attributes(field)) for name, (field, *_) in dtype.fields.items()])
+    )
+
+
 def _check(dtype: np.dtype[Any]) -> None:
     """Check names and sizes of all fields."""
     for name, (field, *_) in (dtype.fields or {}).items():
-        if hasattr(np.record, name):
-            raise ValueError(f"np.record has an attribute of its own named {name}")
+        if hasattr(Record, name):
+            raise ValueError(f"a record has an attribute of its own named {name}")
         inner = field.base
         if inner.names is None and inner.itemsize != _PLACE:
             raise ValueError(f"{name} has {inner.itemsize} bytes, it must have {_PLACE}")

@@ -1,6 +1,7 @@
 """The landing of a single mass: feedback near the target, then pulses by the exact law."""
 
 from dataclasses import dataclass, field, replace
+from math import sqrt
 from typing import ClassVar
 
 import numpy as np
@@ -202,7 +203,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         known = guess.coulomb_friction_positive
         static = coulomb * (guess.static_friction_positive / known if known > 0.0 else 1.0)
         highest = 0.99 * self.effort_limit - abs(guess.offset)
-        spread = np.sqrt(np.diag(self._covariance(state))) / max(coulomb, 1e-300)
+        spread = sqrt(self._covariance(state)[0, 0]) / max(coulomb, 1e-300)
         return ExactPulseController(
             kind=self.kind,
             sampling_time=self.sampling_time,
@@ -217,7 +218,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
                 static_friction=min(max(static, coulomb), highest),
                 offset=guess.offset,
             ),
-            friction_uncertainty=float(np.clip(spread[0], APPROACH.friction_uncertainty, 1.0)),
+            friction_uncertainty=min(max(spread, APPROACH.friction_uncertainty), 1.0),
             mass_uncertainty=self.mass_uncertainty,
             position_noise=self.position_noise,
             longest_width=self.longest_width,
