@@ -21,6 +21,7 @@ from studies.positioning_faults.run import PUSHED, Axis, axes, move_axis
 _METHODS = ("precise", "exact", "profile")
 _UNKNOWN = "precise, no guess"
 _SEED = 1
+_LOGGED = 0.01  # standard deviation of mass and friction from a log, over the values
 
 
 def shortest_time(axis: Axis) -> float:
@@ -86,6 +87,48 @@ def _unguessed(axis: Axis) -> Axis:
     return replace(axis, tables={**axis.tables, "guess": guess})
 
 
+def _known(axis: Axis, generator: np.random.Generator) -> Axis:
+    """Return the axis with mass and friction known within 1 %, as from a log."""
+    mass, coulomb, viscous = (
+        value * generator.normal(1.0, _LOGGED)
+        for value in (axis.plant.mass, axis.plant.coulomb_positive, axis.plant.viscous_positive)
+    )
+    guess = {
+        "mass": mass,
+        "coulomb_friction": coulomb,
+        "viscous_friction": viscous,
+        "mass_uncertainty": _LOGGED,
+        "friction_uncertainty": _LOGGED,
+        "asymmetry": _LOGGED,
+    }
+    return replace(axis, tables={**axis.tables, "guess": {**axis.tables["guess"], **guess}})
+
+
+def known(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) -> str:
+    """Return the table of the times without a fault, with friction known."""
+    rows = []
+    for sampling_time in sampling_times:
+        for ratio in track(ratios, transient=True):
+            generator = np.random.default_rng(_SEED)
+            drawn = axes(count, _SEED, method="precise", sampling_time=sampling_time, ratio=ratio)
+            shortest = np.array([shortest_time(axis) for axis in drawn])
+            moved = [move_axis(_known(axis, generator), AXIS_CASES[0]) for axis in drawn]
+            late = np.nan_to_num([o.settling[0] for o in moved], nan=np.inf) / shortest
+            whole = np.ceil(shortest / sampling_time) * sampling_time / shortest
+            rows.append(
+                [
+                    f"{1e3 * sampling_time:g} ms",
+                    f"{ratio:g}",
+                    f"{np.median(shortest / sampling_time):.1f}",
+                    f"{np.median(whole):.2f}",
+                    f"{np.quantile(late, 0.5, method='higher'):.2f}",
+                    f"{np.quantile(late, 0.9, method='higher'):.2f}",
+                ]
+            )
+    names = ["sampling time", "limit over friction", "shortest time [samples]"]
+    return table([*names, "in whole samples, over the shortest", "median", "90 %"], rows)
+
+
 def study(count: int, sampling_time: float, ratio: float) -> str:
     """Return the table of all cases at a sampling time and a ratio of effort limit to friction."""
     by_method = {
@@ -120,7 +163,11 @@ def main() -> None:
     parser.add_argument("--axes", type=int, default=60)
     parser.add_argument("--sampling-times", type=float, nargs="*", default=[0.01, 0.001])
     parser.add_argument("--ratios", type=float, nargs="*", default=[3.0, 10.0, 30.0])
+    parser.add_argument("--known", action="store_true", help="with friction known, without faults")
     given = parser.parse_args()
+    if given.known:
+        print(known(given.axes, given.sampling_times, given.ratios))  # noqa: T201
+        return
     for sampling_time in given.sampling_times:
         for ratio in given.ratios:
             print(study(given.axes, sampling_time, ratio), flush=True)  # noqa: T201 - takes long
