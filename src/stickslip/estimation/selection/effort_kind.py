@@ -6,12 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.estimation.prepare import PreparedLog, prepare
+from stickslip.estimation.selection.intervals.widening import delayed_rows
 from stickslip.estimation.selection.model import Model, testable
+from stickslip.estimation.selection.model_rows import model_rows
 from stickslip.estimation.selection.search.windows import half_width
 from stickslip.estimation.selection.summary import EFFORT_KINDS
 from stickslip.estimation.selection.tuning import SelectionTuning
 from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
-from stickslip.records import AxisLog
+from stickslip.records import AxisLog, mass_name
 
 DelayedModel = Callable[[PreparedLog, SlipMotions], Model]
 """Returns the model of a log with no term but a delay, unless that is known or excluded."""
@@ -52,7 +54,10 @@ def kind_by_delay(
     motions = slip_motions(held, tuning.motion)
     if half_width(motions, T, tuning.search) >= fewest:
         return held
-    delay = delayed(held, motions).rows.delay
+    model = delayed(held, motions)
+    rows, delay = delayed_rows(model, model_rows(model, mass_name(log.kind))), model.rows.delay
+    if rows.own < tuning.intervals.similar_share:  # the delay then depends on missing terms
+        return held
     if abs(delay + 0.5) < tuning.kind_delay:
         found = replace(held, effort_kind="sampled")
     elif abs(delay + 1.0) < tuning.kind_delay:
