@@ -16,7 +16,7 @@ from studies.van_de_wijdeven.part_b.setting import (
     RUNS_IN_A_ROW,
     SAMPLING_TIME,
     TOLERANCE,
-    report_plant,
+    source_plant,
 )
 from studies.van_de_wijdeven.records import Curve, CurveRole, Panel, ReproducedFigure
 
@@ -179,7 +179,7 @@ def _between_samples(
     controller, log = series.controllers[run], series.runs[run].run.log
     samples = round(_TIME / controller.sampling_time)
     motion = simulate(
-        report_plant(),
+        source_plant(),
         np.repeat(log.effort[:samples], _BETWEEN),
         sampling_time=controller.sampling_time / _BETWEEN,
     )
