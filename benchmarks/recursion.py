@@ -97,7 +97,7 @@ def _log() -> AxisLog:
 
 
 def _problem(parameters: int) -> _Problem:
-    """Write the report's balance down in NumPy (Eqs. 4.3, 4.4, 5.26, 5.27, 6.2)."""
+    """Write van de Wijdeven's balance down in NumPy (Eqs. 4.3, 4.4, 5.26, 5.27, 6.2)."""
     log = _log()
     T, m1, m2, ks = (
         surrogate.SAMPLING_TIME,
@@ -214,8 +214,8 @@ def compare_recursion(progress: Progress, parameters: int, *, repetitions: int =
     compiled_rows, stepped_rows = rows.rows[:4:2], rows.rows[1:4:2]
     return Comparison(
         title=(
-            f"Recursive least squares of {p} parameters, {n} rows of the report's balance; error "
-            "relative to least squares by QR"
+            f"Recursive least squares of {p} parameters, {n} rows of van de Wijdeven's balance; "
+            "error relative to least squares by QR"
         ),
         item="sample",
         error_name="error",

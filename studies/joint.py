@@ -31,7 +31,7 @@ from studies.mismatch.axes import (
     physical,
     true_values,
 )
-from studies.mismatch.plant import FINE_STEP, run_plant
+from studies.mismatch.plant import FINE_STEP, Inputs, run_plant
 
 LOGS = ("morning", "noon", "evening")
 COMMON = ("inertia", "viscous_friction", "coulomb_friction")
@@ -93,12 +93,14 @@ def logs_of(seed: int, *, more_coulomb: float = 0.0) -> tuple[list[AxisLog], Set
         run = run_plant(
             plant,
             controller_of(setup),
-            reference_position=motion.position,
-            reference_velocity=motion.velocity,
-            feedforward=feedforward,
-            integrate=motion.moving.astype(float),
-            disturbance=np.zeros(time.size),
-            fine_steps=np.full(time.size, round(CYCLE / FINE_STEP)),
+            Inputs(
+                reference_position=motion.position,
+                reference_velocity=motion.velocity,
+                feedforward=feedforward,
+                integrate=motion.moving.astype(float),
+                disturbance=np.zeros(time.size),
+                fine_steps=np.full(time.size, round(CYCLE / FINE_STEP)),
+            ),
         )
         level = axis.noise * plant.limit * 2.0 ** rng.uniform(-1.0, 1.0)
         effort = run.effort + level * rng.standard_normal(time.size)

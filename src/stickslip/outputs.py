@@ -1,6 +1,6 @@
 """Files are written whole or not at all, and a place that cannot be written is found beforehand.
 
-A leaf beside the packages: the report, the log writer and the jobs all write files.
+A leaf beside the packages, which write pages, logs, saved results and exports by it.
 """
 
 import contextlib

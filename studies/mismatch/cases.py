@@ -24,7 +24,7 @@ from studies.mismatch.axes import (
     true_values,
 )
 from studies.mismatch.effects import EFFECTS, Columns
-from studies.mismatch.plant import FINE_STEP, Plant, Run, run_plant
+from studies.mismatch.plant import FINE_STEP, Inputs, Plant, Run, run_plant
 
 Group = Literal["ideal", "noise", "in_class", "unmodelled"]
 
@@ -280,12 +280,14 @@ def _simulated(setup: Setup, rng: np.random.Generator) -> tuple[Run, Plant]:
     run = run_plant(
         plant,
         controller_of(setup),
-        reference_position=motion.position,
-        reference_velocity=motion.velocity,
-        feedforward=feedforward,
-        integrate=motion.moving.astype(float),
-        disturbance=_disturbance(setup, plant, n, rng),
-        fine_steps=fine_steps,
+        Inputs(
+            reference_position=motion.position,
+            reference_velocity=motion.velocity,
+            feedforward=feedforward,
+            integrate=motion.moving.astype(float),
+            disturbance=_disturbance(setup, plant, n, rng),
+            fine_steps=fine_steps,
+        ),
         # A load heavier than friction is held from the start.
         initial_effort=plant.offset if abs(setup.offset) > 0.5 else 0.0,
     )

@@ -22,8 +22,9 @@ from numba import njit
 FINE_STEP = 20e-6
 """Integration step [s]."""
 
-MOTION_SIZE = 7
-"""Numbers in the state of the motion."""
+MOTION_SIZE = 9
+"""Numbers in the state of the motion: position and velocity of both bodies, deflection of the
+bristles, time at rest, excess by it, lagged effort, and the place in the queue of efforts."""
 
 _TINY = 1e-12
 
@@ -87,6 +88,19 @@ class Controller(NamedTuple):
     derivative_cutoff: float = 200.0  #: Corner of the low-pass of the measured velocity [Hz].
 
 
+class Inputs(NamedTuple):
+    """Signals that drive the axis, one value for each instant of the controller."""
+
+    #: Motion that the controller follows [m, m/s].
+    reference_position: Float[np.ndarray, " n"]
+    reference_velocity: Float[np.ndarray, " n"]
+    feedforward: Float[np.ndarray, " n"]  #: Added to the effort of the controller [N].
+    integrate: Float[np.ndarray, " n"]  #: 1 where its integral action is on, 0 where it is held.
+    #: Force against the positive direction [N], held over each sample.
+    disturbance: Float[np.ndarray, " n"]
+    fine_steps: Int[np.ndarray, " n"]  #: Fine steps to the next instant.
+
+
 class Run(NamedTuple):
     """Signals at the instants of the controller; shape (n,) each."""
 
@@ -106,48 +120,50 @@ class Run(NamedTuple):
 def run_plant(
     plant: Plant,
     controller: Controller,
+    inputs: Inputs,
     *,
-    reference_position: Float[np.ndarray, " n"],
-    reference_velocity: Float[np.ndarray, " n"],
-    feedforward: Float[np.ndarray, " n"],
-    integrate: Float[np.ndarray, " n"],
-    disturbance: Float[np.ndarray, " n"],
-    fine_steps: Int[np.ndarray, " n"],
     initial_velocity: float = 0.0,
     initial_effort: float = 0.0,
 ) -> Run:
     """Simulate the axis from its first reference position on, at the instants of the controller.
 
-    ``feedforward`` is added to the effort of the controller [N]; ``integrate`` is 1 where its
-    integral action is on, 0 where it is held; ``disturbance`` acts against the positive direction,
-    held over each sample [N]. The initial velocity [m/s] is that of both bodies, the initial effort
-    [N] that of the integral action.
+    The initial velocity [m/s] is that of both bodies, the initial effort [N] that of the integral
+    action.
     """
+    *signals, fine_steps = inputs
     time = FINE_STEP * np.concatenate(([0.0], np.cumsum(fine_steps[:-1], dtype=float)))
-    columns = _run(
-        plant,
-        controller,
-        np.ascontiguousarray(reference_position, dtype=float),
-        np.ascontiguousarray(reference_velocity, dtype=float),
-        np.ascontiguousarray(feedforward, dtype=float),
-        np.ascontiguousarray(integrate, dtype=float),
-        np.ascontiguousarray(disturbance, dtype=float),
+    contiguous = Inputs(
+        *(np.ascontiguousarray(each, dtype=float) for each in signals),
         np.ascontiguousarray(fine_steps, dtype=np.int64),
-        float(initial_velocity),
-        float(initial_effort),
     )
-    return Run(time, *columns)
+    start = (float(initial_velocity), float(initial_effort))
+    return Run(time, *_run(plant, controller, contiguous, start))
+
+
+class _Friction(NamedTuple):
+    """Friction of one body at one instant."""
+
+    coulomb_positive: float
+    coulomb_negative: float
+    viscous_positive: float
+    viscous_negative: float
+    quadratic: float
+    two_thirds: float
+    excess: float  # static over Coulomb friction, less one
+    stribeck_velocity: float
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _sides(law: _Friction, positive: bool) -> tuple[float, float]:
+    """Return Coulomb and viscous friction of a direction."""
+    if positive:
+        return law.coulomb_positive, law.viscous_positive
+    return law.coulomb_negative, law.viscous_negative
 
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _sliding_friction(
-    velocity: float,
-    coulomb: float,
-    viscous: float,
-    quadratic: float,
-    two_thirds: float,
-    excess: float,
-    stribeck_velocity: float,
+    velocity: float, law: _Friction, coulomb: float, viscous: float, excess: float
 ) -> tuple[float, float]:
     """Return the size of friction at a speed above zero, and its slope over speed.
 
@@ -157,14 +173,14 @@ def _sliding_friction(
     friction = coulomb + viscous * speed
     slope = viscous
     if excess != 0.0:
-        fall = excess * np.exp(-((speed / stribeck_velocity) ** 2))
+        fall = excess * np.exp(-((speed / law.stribeck_velocity) ** 2))
         friction += fall
-        slope -= 2.0 * speed / stribeck_velocity**2 * fall
-    if quadratic != 0.0:
-        friction += quadratic * speed * speed
-        slope += 2.0 * quadratic * speed
-    if two_thirds != 0.0:
-        part = two_thirds * (speed + _TINY) ** (2.0 / 3.0)
+        slope -= 2.0 * speed / law.stribeck_velocity**2 * fall
+    if law.quadratic != 0.0:
+        friction += law.quadratic * speed * speed
+        slope += 2.0 * law.quadratic * speed
+    if law.two_thirds != 0.0:
+        part = law.two_thirds * (speed + _TINY) ** (2.0 / 3.0)
         friction += part
         slope += 2.0 / 3.0 * part / (speed + _TINY)
     return friction, slope
@@ -172,45 +188,29 @@ def _sliding_friction(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _dry_step(
-    velocity: float,
-    force: float,
-    mass: float,
-    coulomb_positive: float,
-    coulomb_negative: float,
-    viscous_positive: float,
-    viscous_negative: float,
-    quadratic: float,
-    two_thirds: float,
-    excess_ratio: float,
-    stribeck_velocity: float,
-    step: float,
+    velocity: float, force: float, mass: float, law: _Friction, step: float
 ) -> tuple[float, float]:
     """Advance one body under discontinuous friction; return its velocity and its displacement.
 
     v+ = v + h (F - F_f(v)) / (m + h/2 dF_f/dv)
     """
     if velocity == 0.0:
-        coulomb = coulomb_positive if force > 0.0 else coulomb_negative
-        breakaway = coulomb * (1.0 + excess_ratio)
+        breakaway = _sides(law, force > 0.0)[0] * (1.0 + law.excess)
         if abs(force) <= breakaway:
             return 0.0, 0.0
         direction = 1.0 if force > 0.0 else -1.0
         new = step * (force - direction * breakaway) / mass
         return new, 0.5 * step * new
     direction = 1.0 if velocity > 0.0 else -1.0
-    coulomb = coulomb_positive if velocity > 0.0 else coulomb_negative
-    viscous = viscous_positive if velocity > 0.0 else viscous_negative
-    friction, slope = _sliding_friction(
-        velocity, coulomb, viscous, quadratic, two_thirds, coulomb * excess_ratio, stribeck_velocity
-    )
+    coulomb, viscous = _sides(law, velocity > 0.0)
+    friction, slope = _sliding_friction(velocity, law, coulomb, viscous, coulomb * law.excess)
     new = velocity + step * (force - direction * friction) / (mass + 0.5 * step * slope)
     if new * velocity > 0.0:
         return new, 0.5 * step * (velocity + new)
     # The body stops inside the step and moves on only if the other forces exceed static friction.
     until_rest = step * velocity / (velocity - new)
     displacement = 0.5 * until_rest * velocity
-    coulomb = coulomb_positive if force > 0.0 else coulomb_negative
-    breakaway = coulomb * (1.0 + excess_ratio)
+    breakaway = _sides(law, force > 0.0)[0] * (1.0 + law.excess)
     if abs(force) <= breakaway:
         return 0.0, displacement
     direction = 1.0 if force > 0.0 else -1.0
@@ -225,30 +225,21 @@ def _bristle_step(
     deflection: float,
     force: float,
     mass: float,
-    coulomb_positive: float,
-    coulomb_negative: float,
-    viscous_positive: float,
-    viscous_negative: float,
-    quadratic: float,
-    two_thirds: float,
-    excess_ratio: float,
-    stribeck_velocity: float,
-    stiffness: float,
-    damping: float,
+    law: _Friction,
+    bristles: tuple[float, float],
     step: float,
 ) -> tuple[float, float, float]:
     """Advance one body under LuGre friction; return velocity, displacement and deflection.
 
     z' = v - sigma_0 |v| z / g(v),  F_f = sigma_0 z + sigma_1 z' + c v + ...; z is advanced by the
-    exact solution at constant speed.
+    exact solution at constant speed. ``bristles`` are sigma_0 and sigma_1.
     """
-    positive = velocity > 0.0 or (velocity == 0.0 and force > 0.0)
-    coulomb = coulomb_positive if positive else coulomb_negative
-    viscous = viscous_positive if positive else viscous_negative
+    stiffness, damping = bristles
+    coulomb, viscous = _sides(law, velocity > 0.0 or (velocity == 0.0 and force > 0.0))
     speed = abs(velocity)
-    level = coulomb * (1.0 + excess_ratio * np.exp(-((speed / stribeck_velocity) ** 2)))
+    level = coulomb * (1.0 + law.excess * np.exp(-((speed / law.stribeck_velocity) ** 2)))
     rate = velocity - stiffness * speed * deflection / level
-    other, slope = _sliding_friction(velocity, 0.0, viscous, quadratic, two_thirds, 0.0, 1.0)
+    other, slope = _sliding_friction(velocity, law, 0.0, viscous, 0.0)
     direction = 1.0 if velocity >= 0.0 else -1.0
     friction = stiffness * deflection + damping * rate + direction * other
     relative = 1.0 - stiffness * deflection * direction / level
@@ -257,11 +248,55 @@ def _bristle_step(
     new = velocity + step * (force - friction - 0.5 * step * advance) / (mass + 0.5 * step * slope)
     mean = 0.5 * (velocity + new)
     if mean != 0.0:
-        coulomb = coulomb_positive if mean > 0.0 else coulomb_negative
-        level = coulomb * (1.0 + excess_ratio * np.exp(-((mean / stribeck_velocity) ** 2)))
+        coulomb, _ = _sides(law, mean > 0.0)
+        level = coulomb * (1.0 + law.excess * np.exp(-((mean / law.stribeck_velocity) ** 2)))
         steady = level / stiffness if mean > 0.0 else -level / stiffness
         deflection = steady + (deflection - steady) * np.exp(-stiffness * abs(mean) * step / level)
     return new, step * mean, deflection
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _loaded(plant: Plant, position: float, force: float) -> float:
+    """Return the force less those of spring, gravity and ripple at a position."""
+    if plant.spring != 0.0:
+        force -= plant.spring * position
+    if plant.gravity_sine != 0.0 or plant.gravity_cosine != 0.0:
+        force -= plant.gravity_sine * np.sin(position) + plant.gravity_cosine * np.cos(position)
+    if plant.ripple != 0.0:
+        force -= plant.ripple * np.sin(
+            2.0 * np.pi * position / plant.ripple_period + plant.ripple_phase
+        )
+    return force
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _coupling(plant: Plant, stretch: float, rate: float) -> float:
+    """Return the force of the spring between the bodies, which has play."""
+    half = 0.5 * plant.backlash
+    if abs(stretch) <= half:
+        return 0.0
+    end = half if stretch > half else -half
+    force = plant.coupling_stiffness * (stretch - end)
+    force += plant.coupling_damping * rate
+    if half > 0.0:  # a tooth does not pull
+        force = max(force, 0.0) if stretch > half else min(force, 0.0)
+    return force
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _friction(plant: Plant, share: float, scale: float, excess: float) -> _Friction:
+    """Return the share of Coulomb and viscous friction that acts on a body, as it has drifted."""
+    both = share * scale
+    return _Friction(
+        both * plant.coulomb_positive,
+        both * plant.coulomb_negative,
+        both * plant.viscous_positive,
+        both * plant.viscous_negative,
+        scale * plant.quadratic,
+        scale * plant.two_thirds,
+        excess,
+        plant.stribeck_velocity,
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -269,84 +304,59 @@ def _advance(
     plant: Plant,
     motion: Float[np.ndarray, " m"],
     pending: Float[np.ndarray, " d"],
-    slot: int,
-    lagged: float,
     effort: float,
     disturbance: float,
     steps: int,
-    done: int,
-    total_steps: int,
-) -> tuple[int, float]:
+    progress: tuple[int, int],
+) -> None:
     """Advance the motion by some fine steps under one effort, in place.
 
-    The motion is position and velocity of both bodies, deflection of the bristles, time at rest and
-    excess by it. Returns the place in the queue of delayed efforts, and the lagged effort.
+    ``pending`` is the queue of delayed efforts, ``progress`` the fine steps that are done, and of
+    all.
     """
     h = FINE_STEP
     delay = pending.size - 1
-    x, v, x2, v2 = motion[0], motion[1], motion[2], motion[3]
-    bristle, dwell, dwell_excess = motion[4], motion[5], motion[6]
-    bristles = plant.presliding > 0.0
-    stiffness, damping = 0.0, 0.0
-    if bristles:
+    x, v, x2, v2, bristle, dwell, dwell_excess, lagged = motion[:8]
+    slot = int(motion[8])
+    bristles = (0.0, 0.0)
+    if plant.presliding > 0.0:
         mean_coulomb = 0.5 * (plant.coulomb_positive + plant.coulomb_negative)
         stiffness = mean_coulomb / plant.presliding
-        damping = 2.0 * plant.presliding_damping * np.sqrt(stiffness * plant.mass)
-    two_bodies = plant.load_mass > 0.0
-    own, far = 1.0 - plant.load_friction, plant.load_friction
+        bristles = (
+            stiffness,
+            2.0 * plant.presliding_damping * np.sqrt(stiffness * plant.mass),
+        )
+    done, total_steps = progress
     for _ in range(steps):
         pending[slot] = effort
         slot = slot + 1 if slot < delay else 0
         acting = pending[slot] if delay > 0 else effort
         # The drifts are linear in time and relative to their means.
-        progress = done / total_steps - 0.5
+        elapsed = done / total_steps - 0.5
         done += 1
         if plant.actuation_lag > 0.0:
             lagged += (1.0 - np.exp(-h / plant.actuation_lag)) * (acting - lagged)
             acting = lagged
-        acting *= 1.0 + plant.gain_drift * progress
-        scale = 1.0 + plant.friction_drift * progress
+        acting *= 1.0 + plant.gain_drift * elapsed
+        scale = 1.0 + plant.friction_drift * elapsed
         x_mid = x + 0.5 * h * v
-        force = acting - plant.offset - disturbance
-        if plant.spring != 0.0:
-            force -= plant.spring * x_mid
-        if plant.gravity_sine != 0.0 or plant.gravity_cosine != 0.0:
-            force -= plant.gravity_sine * np.sin(x_mid) + plant.gravity_cosine * np.cos(x_mid)
-        if plant.ripple != 0.0:
-            force -= plant.ripple * np.sin(
-                2.0 * np.pi * x_mid / plant.ripple_period + plant.ripple_phase
-            )
-        if two_bodies:
-            stretch = x_mid - x2 - 0.5 * h * v2
-            coupling = 0.0
-            half = 0.5 * plant.backlash
-            if stretch > half:
-                coupling = plant.coupling_stiffness * (stretch - half)
-                coupling += plant.coupling_damping * (v - v2)
-                if half > 0.0:
-                    coupling = max(coupling, 0.0)  # a tooth does not pull
-            elif stretch < -half:
-                coupling = plant.coupling_stiffness * (stretch + half)
-                coupling += plant.coupling_damping * (v - v2)
-                if half > 0.0:
-                    coupling = min(coupling, 0.0)
+        force = _loaded(plant, x_mid, acting - plant.offset - disturbance)
+        if plant.load_mass > 0.0:
+            coupling = _coupling(plant, x_mid - x2 - 0.5 * h * v2, v - v2)
             force -= coupling
-            v2, displacement = _dry_step(
-                v2,
-                coupling,
-                plant.load_mass,
-                far * scale * plant.coulomb_positive,
-                far * scale * plant.coulomb_negative,
-                far * scale * plant.viscous_positive,
-                far * scale * plant.viscous_negative,
+            far = plant.load_friction * scale
+            law = _Friction(
+                far * plant.coulomb_positive,
+                far * plant.coulomb_negative,
+                far * plant.viscous_positive,
+                far * plant.viscous_negative,
                 0.0,
                 0.0,
                 0.0,
                 1.0,
-                h,
             )
+            v2, displacement = _dry_step(v2, coupling, plant.load_mass, law, h)
             x2 += displacement
-        excess = plant.static_ratio - 1.0
         if plant.dwell_ratio > 1.0:
             # Contacts grow at rest; the excess is lost once the body has left the Stribeck
             # range.
@@ -358,60 +368,26 @@ def _advance(
                 dwell = 0.0
                 if abs(v) > 3.0 * plant.stribeck_velocity:
                     dwell_excess = 0.0
-            excess += dwell_excess
-        if bristles:
+        excess = plant.static_ratio - 1.0 + dwell_excess
+        if plant.presliding > 0.0:
+            law = _friction(plant, 1.0, scale, excess)
             v, displacement, bristle = _bristle_step(
-                v,
-                bristle,
-                force,
-                plant.mass,
-                scale * plant.coulomb_positive,
-                scale * plant.coulomb_negative,
-                scale * plant.viscous_positive,
-                scale * plant.viscous_negative,
-                scale * plant.quadratic,
-                scale * plant.two_thirds,
-                excess,
-                plant.stribeck_velocity,
-                stiffness,
-                damping,
-                h,
+                v, bristle, force, plant.mass, law, bristles, h
             )
         else:
-            v, displacement = _dry_step(
-                v,
-                force,
-                plant.mass,
-                own * scale * plant.coulomb_positive,
-                own * scale * plant.coulomb_negative,
-                own * scale * plant.viscous_positive,
-                own * scale * plant.viscous_negative,
-                scale * plant.quadratic,
-                scale * plant.two_thirds,
-                excess,
-                plant.stribeck_velocity,
-                h,
-            )
+            law = _friction(plant, 1.0 - plant.load_friction, scale, excess)
+            v, displacement = _dry_step(v, force, plant.mass, law, h)
         x += displacement
-    motion[:4] = x, v, x2, v2
-    motion[4:] = bristle, dwell, dwell_excess
-    return slot, lagged
+    motion[:8] = x, v, x2, v2, bristle, dwell, dwell_excess, lagged
+    motion[8] = slot
 
 
 @njit(cache=True, error_model="numpy")
 def _run(
-    plant: Plant,
-    controller: Controller,
-    reference_position: Float[np.ndarray, " n"],
-    reference_velocity: Float[np.ndarray, " n"],
-    feedforward: Float[np.ndarray, " n"],
-    integrate: Float[np.ndarray, " n"],
-    disturbance: Float[np.ndarray, " n"],
-    fine_steps: Int[np.ndarray, " n"],
-    initial_velocity: float,
-    initial_effort: float,
+    plant: Plant, controller: Controller, inputs: Inputs, start: tuple[float, float]
 ) -> tuple[Float[np.ndarray, " n"], ...]:
     """Simulate; return position, velocity, those of the load, reading, command and effort."""
+    reference_position, fine_steps = inputs.reference_position, inputs.fine_steps
     n = reference_position.size
     positions, velocities = np.empty(n), np.empty(n)
     load_positions, load_velocities = np.zeros(n), np.zeros(n)
@@ -419,14 +395,12 @@ def _run(
 
     h = FINE_STEP
     total_steps = np.sum(fine_steps)
-    delay = int(np.rint(plant.actuation_delay / h))
-    pending = np.zeros(delay + 1)
-    slot = 0
+    pending = np.zeros(int(np.rint(plant.actuation_delay / h)) + 1)
+    initial_velocity, integral = start
 
     motion = np.zeros(MOTION_SIZE)
     motion[:4] = reference_position[0], initial_velocity, reference_position[0], initial_velocity
-    lagged = 0.0
-    x_last, v_filtered, integral = reference_position[0], initial_velocity, initial_effort
+    x_last, v_filtered = reference_position[0], initial_velocity
     if plant.encoder_step > 0.0:
         x_last = np.round(x_last / plant.encoder_step) * plant.encoder_step
     nominal = h * np.median(fine_steps)
@@ -443,30 +417,19 @@ def _run(
         x_last = y
         error = reference_position[k] - y
         command = (
-            feedforward[k]
+            inputs.feedforward[k]
             + controller.proportional * error
-            + controller.derivative * (reference_velocity[k] - v_filtered)
+            + controller.derivative * (inputs.reference_velocity[k] - v_filtered)
             + integral
         )
         effort = min(max(command, -plant.limit), plant.limit)
         if effort == command:
-            integral += integrate[k] * controller.integral * error * nominal
+            integral += inputs.integrate[k] * controller.integral * error * nominal
         positions[k], velocities[k] = x, v
         load_positions[k], load_velocities[k] = x2, v2
         readings[k], commands[k], efforts[k] = y, command, effort
-
-        slot, lagged = _advance(
-            plant,
-            motion,
-            pending,
-            slot,
-            lagged,
-            effort,
-            disturbance[k],
-            fine_steps[k],
-            done,
-            total_steps,
-        )
+        progress = (done, total_steps)
+        _advance(plant, motion, pending, effort, inputs.disturbance[k], fine_steps[k], progress)
         done += fine_steps[k]
     return positions, velocities, load_positions, load_velocities, readings, commands, efforts
 
@@ -483,7 +446,6 @@ class HeldPlant:
         self._motion = np.zeros(MOTION_SIZE)
         self._motion[0] = self._motion[2] = start
         self._pending = np.zeros(int(np.rint(plant.actuation_delay / FINE_STEP)) + 1)
-        self._slot, self._lagged = 0, 0.0
 
     @property
     def motion(self) -> tuple[float, float, float, float]:
@@ -493,15 +455,4 @@ class HeldPlant:
 
     def advance(self, effort: float, disturbance: float = 0.0) -> None:
         """Move for one sample under an effort, with a force against the positive direction [N]."""
-        self._slot, self._lagged = _advance(
-            self._plant,
-            self._motion,
-            self._pending,
-            self._slot,
-            self._lagged,
-            effort,
-            disturbance,
-            self._steps,
-            0,
-            1,
-        )
+        _advance(self._plant, self._motion, self._pending, effort, disturbance, self._steps, (0, 1))

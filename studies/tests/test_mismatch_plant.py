@@ -10,7 +10,7 @@ from jaxtyping import Float
 from stickslip.records import Identification, ParameterEstimate, Status
 from studies.mismatch.cases import CASES, Recorded, record
 from studies.mismatch.judgement import judge
-from studies.mismatch.plant import FINE_STEP, Controller, Plant, Run, run_plant
+from studies.mismatch.plant import FINE_STEP, Controller, Inputs, Plant, Run, run_plant
 
 SECOND_ORDER = 1e-6
 """Relative error of smooth motion: (h / time constant)^2 with a margin, h = 20 µs."""
@@ -28,12 +28,14 @@ def open_loop(plant: Plant, effort: Float[np.ndarray, " n"], **initial: float) -
     return run_plant(
         plant,
         Controller(),
-        reference_position=np.full_like(effort, initial.pop("position", 0.0)),
-        reference_velocity=none,
-        feedforward=effort,
-        integrate=none,
-        disturbance=none,
-        fine_steps=np.ones(effort.size, dtype=int),
+        Inputs(
+            reference_position=np.full_like(effort, initial.pop("position", 0.0)),
+            reference_velocity=none,
+            feedforward=effort,
+            integrate=none,
+            disturbance=none,
+            fine_steps=np.ones(effort.size, dtype=int),
+        ),
         initial_velocity=initial.pop("velocity", 0.0),
     )
 

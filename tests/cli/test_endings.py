@@ -215,8 +215,12 @@ def test_help(arguments: list[str], words: list[str], run: Run) -> None:
 def test_help_and_a_wrong_path_load_no_numbers() -> None:
     """NumPy takes longer to load than all else of the help, or of the path."""
     code = "import sys; from stickslip.cli import main; main(sys.argv[1:]); print(*sys.modules)"
-    absent = (["identify", "absent.csv"], ["inspect", "absent.csv"], ["compare", "absent.csv"])
-    for arguments in (["--help"], ["identify", "--help"], ["inspect", "--help"], *absent):
+    logs = [[command, "absent.csv"] for command in ("identify", "inspect", "compare")]
+    scenarios = [[command, "absent.toml"] for command in ("position", "compare")]
+    design = ["--effort-limit", "1", "--duration", "1", "--sampling-time", "0.1", "--out", "a.csv"]
+    estimate = ["excite", "--estimate", "absent.json", *design]
+    helps = (["--help"], ["identify", "--help"], ["inspect", "--help"])
+    for arguments in (*helps, *logs, *scenarios, estimate):
         done = subprocess.run(
             [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True
         )

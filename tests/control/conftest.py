@@ -60,7 +60,7 @@ def online() -> OnlineFriction:
 
 @pytest.fixture(scope="session")
 def sliding_mass() -> SingleMass:
-    """The axis of the report's part B, Table 1."""
+    """The axis of van de Wijdeven (2002), part B, Table 1."""
     friction = CoulombViscousFriction.symmetric(
         coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
     )

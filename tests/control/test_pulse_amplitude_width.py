@@ -50,7 +50,7 @@ def gains(run):
     return np.column_stack((run.estimates["gain_1"], run.estimates["gain_2"]))
 
 
-def test_the_first_guess_is_that_of_the_report():
+def test_the_first_guess_is_that_of_the_source():
     estimates = REPORT.estimates(REPORT.init())
     assert estimates["pulse_gain"] == pytest.approx(1.375 * TRUE_GAIN, rel=ROUNDING)
     assert estimates["coulomb_friction"] == pytest.approx(80.0, rel=ROUNDING)

@@ -25,7 +25,7 @@ REPORT = PulseWidthController.from_friction(  # its mass known, its friction gue
     rest=IDEAL,
 )
 TRUE_GAIN = 2.0  # b of Table 1 [m/s^2]
-LAST_DIGIT = 5e-7  # of the report's cycles as they are known, in micrometres [m]
+LAST_DIGIT = 5e-7  # of van de Wijdeven's cycles as they are known, in micrometres [m]
 ROUNDING = 1e-10  # relative; some hundred updates
 
 
@@ -49,7 +49,7 @@ def regressors(run, controller):
     return np.sign(error) * width**2
 
 
-def test_the_first_guess_is_that_of_the_report():
+def test_the_first_guess_is_that_of_the_source():
     assert REPORT.first_gain == pytest.approx(1.375 * TRUE_GAIN, rel=1e-12)
 
 

@@ -151,7 +151,7 @@ def test_an_arm_is_examined_too() -> None:
 
 @pytest.mark.parametrize("samples", [2000, 2001, 2002])
 def test_rows_of_any_number_are_put_together(samples: int) -> None:
-    """The report's recursion has rows of its first guesses beside those of the samples."""
+    """Van de Wijdeven's recursion has rows of its first guesses beside those of the samples."""
     law = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
     effort = np.sign(np.sin(0.01 * np.arange(samples)))

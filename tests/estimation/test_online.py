@@ -233,7 +233,7 @@ def test_a_log_without_the_load_is_refused(log: AxisLog) -> None:
 
 
 def test_the_load_velocity_is_derived_where_all_are() -> None:
-    """The arm of the report, with positions alone."""
+    """The arm of van de Wijdeven (2002), with positions alone."""
     law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
     time = np.arange(20_000) * T

@@ -1,4 +1,4 @@
-"""The report's estimator: its known biases, batch references, five runs, and what it refuses."""
+"""Van de Wijdeven's estimator: known biases, batch references, five runs, and what it refuses."""
 
 from dataclasses import replace
 from typing import Any

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from matlab_files import write_matlab_73
+from refusals import refuses
 
 from stickslip.logs import LogSchema, read_log
+from stickslip.logs.formats.text import _find_layout
 from stickslip.records import InputError
 
 SCHEMA = LogSchema(
@@ -78,6 +80,24 @@ def test_data_begin_within_500_lines(tmp_path, preamble, readable):
     else:
         with pytest.raises(InputError):
             read_log(path, SCHEMA)
+
+
+@pytest.mark.parametrize(
+    ("widths", "readable"),
+    [
+        ([4] * 25 + [3] * 25, True),  # as many of either width: that of the earlier row
+        ([4] * 24 + [3] * 26, False),
+        ([4] + [3] * 25 + [4] * 25, False),  # the row before the last 50 does not count
+    ],
+)
+def test_the_last_fifty_rows_decide_how_many_columns_there_are(widths, readable):
+    """Rows of numbers above the first one with so many are no names of columns."""
+    lines = [",".join("1" * width) + "\n" for width in widths]
+    if readable:
+        assert _find_layout(lines, "log.csv").first_row == 0
+    else:
+        with refuses("header_of_other_width", columns=4, width=3):
+            _find_layout(lines, "log.csv")
 
 
 @pytest.mark.parametrize("samples", [2, 3, 4])

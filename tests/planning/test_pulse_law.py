@@ -1,4 +1,4 @@
-"""The law of a pulse against Eq. 3 in many digits, the report's numbers and the simulator."""
+"""The law of a pulse against Eq. 3 in many digits, van de Wijdeven's numbers and the simulator."""
 
 from dataclasses import replace
 from math import ceil
@@ -35,7 +35,7 @@ widths = st.floats(1e-3, 1.0)
 
 
 def printed(law: PulseLaw, effort: float, width: float) -> mpmath.mpf:
-    """Eq. 3 as it stands in the report, in 60 digits."""
+    """Eq. 3 as van de Wijdeven (2002) prints it, in 60 digits."""
     with mpmath.workdps(60):
         m, fc, c, fp, tp = (
             mpmath.mpf(x)
@@ -72,7 +72,7 @@ def test_inverses_meet_the_displacement(
     assert float(law.effort_for(d, width=t)) == pytest.approx(F * ratio, rel=INVERTED)
 
 
-def test_numbers_of_the_report() -> None:
+def test_printed_numbers() -> None:
     # Section 3.1, as printed (two or three digits)
     t = float(TABLE_1.width_for(0.01, effort=300.0))
     assert f"{t:.3f}" == "0.092"

@@ -190,8 +190,21 @@ def test_an_effort_equal_to_static_friction_does_not_move_the_mass(direction, be
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize(("beyond", "moves"), [(0.0, False), (np.spacing(2.0), True)])
+def test_a_mass_that_stops_against_an_effort_equal_to_static_friction_rests(
+    direction, beyond, moves
+):
+    effort = OFFSET + direction * (STATIC + beyond)
+    start = (0.0, -0.5 * direction)  # it stops after 0.2 of a sample
+    motion = simulate(_axis(STATIC), [effort] * 3, sampling_time=1.0, initial_state=start)
+    assert bool(motion.velocity[1] != 0.0) == moves
+    assert np.all(direction * motion.velocity[1:] >= 0.0)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
 @pytest.mark.parametrize(
-    ("excess", "flagged"), [(-2e-10, False), (-5e-11, True), (5e-11, True), (2e-10, False)]
+    ("excess", "flagged"),
+    [(-1.1e-10, False), (-0.9e-10, True), (0.9e-10, True), (1.1e-10, False)],
 )
 def test_a_stop_at_the_end_of_a_sample_is_flagged(direction, excess, flagged):
     """v(t) = v_0 - t: the mass stops at t = v_0, and 1e-10 of a sample is too close to call."""

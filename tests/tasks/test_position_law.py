@@ -20,7 +20,7 @@ from stickslip.records import Ending, InputError, Positioning
 from stickslip.tasks import position, read_scenario
 from stickslip.tasks.positioning.judging import ending, settling_time
 
-TOLERANCE = 2e-5  # m, of every task here: the report's
+TOLERANCE = 2e-5  # m, of every task here: van de Wijdeven's
 
 CLOSE = 1e-4  # relative: an axis on bristles is within some hundredths of its rest after a second
 

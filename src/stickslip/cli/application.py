@@ -12,7 +12,7 @@ from stickslip import __version__
 from stickslip.cli import compare, demo, excite, export, identify, inspect, position
 from stickslip.cli.terminal import one_line, reader_may_leave, say
 
-_BAD_INPUT = 2
+_BAD_INPUT = 2  # exit code
 
 app = App(
     name="stickslip",

@@ -62,6 +62,7 @@ def compare(
     Exit code 1: no result can be trusted.
     """
     from stickslip.errors import InputError
+    from stickslip.input_files import check_exists
 
     given, reading, known = reading, reading or LogReading(), known or KnownAxis()
     friction, files = friction or EstimatedFriction(), files or ResultFiles()
@@ -71,6 +72,8 @@ def compare(
     if not scenario and runs is not None:
         raise InputError("runs_of_log", where=str(source), runs=runs)
     reading.units()  # options are refused before the files
+    if scenario:
+        check_exists(source, "scenario file")  # before what takes long to load
     files.check(inputs=[source] if scenario else reading.inputs(source))
     with progress_bar(f"comparing, {source.name}") as progress:
         from stickslip import EstimationTask

@@ -81,11 +81,15 @@ def excite(
     rest. Prints the smallest intervals to expect. The axis must be free to move by the travel limit
     in both directions, and a little more, as its parameters are not exact.
     """
+    from stickslip.input_files import check_exists
+
     files = files or JsonFile()
     given = {
         name: value for name, value in vars(guess or GuessedAxis()).items() if value is not None
     }
     estimate, kind = given.pop("estimate", None), given.pop("kind", None)
+    if estimate is not None:
+        check_exists(estimate, "file")  # before what takes long to load
     files.check(inputs=[] if estimate is None else [estimate], out=out)
     with working("designing the effort"):
         from stickslip.tasks import excite, write_effort

@@ -15,7 +15,7 @@ EXAMPLES = """Examples:
   stickslip inspect stage.csv --check
   stickslip inspect robot.mcap --check --urdf robot.urdf"""
 
-_LIMIT = 0.05
+_LIMIT = 0.05  # half-width of an interval over the value that `--check` takes for enough [-]
 
 
 def inspect(

@@ -36,7 +36,10 @@ def position(
     1: one did not, for the reason printed.
     """
     from stickslip.errors import InputError
+    from stickslip.input_files import check_exists
     from stickslip.outputs import check_output
+
+    check_exists(scenario, "scenario file")  # before what takes long to load
     from stickslip.tasks import read_scenario
 
     files = files or ResultFiles()

@@ -62,7 +62,7 @@ _MOST_NAMES = 5  # files of an archive that a message lists
 
 _LONGEST_NAME = 100  # characters at the end of the name of a file in an archive that are kept
 
-_BLOCK = 1 << 20
+_BLOCK = 1 << 20  # bytes read at once
 
 
 class _Scratch:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-_PART = 128
+_PART = 128  # elements of a part; `after` copies fewer
 
 E = TypeVar("E")
 

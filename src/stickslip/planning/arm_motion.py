@@ -25,7 +25,7 @@ from stickslip.plants import FlexibleArm
 
 _SHORT = 0.5  # (w + c/m1) h of a step: its Taylor series converges at once, v1 bends at most once
 _TERMS = 16  # of that series: 0.5^17/17! = 2e-20
-_HALVINGS = 60
+_HALVINGS = 60  # of an interval, down to rounding
 
 Values = NDArray[np.float64]
 Constants = tuple[float, float, float, float, float, float]  # m1, m2, ks, c, d, c2

@@ -11,7 +11,7 @@ import math
 from stickslip.compiled import compiled
 from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
 
-_ITERATIONS = 60
+_ITERATIONS = 60  # of Newton's method at most
 _CONVERGED = 4e-16  # relative step: about two units in the last place
 _NEAR = 1e-9  # relative error of an effort behind a lag
 

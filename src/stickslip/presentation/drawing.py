@@ -39,7 +39,7 @@ MOST_POINTS = 2000
 
 _KEPT = 4  # points of a stretch: its first, its last and its extremes
 _FINER = 16  # parts of a stretch that are searched for changes
-_DIGITS = 7
+_DIGITS = 7  # of a number in a figure: finer than a pixel
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,10 +21,10 @@ from stickslip.records import (
 NONE = "–"
 """Text for a missing value."""
 
-_MOST_DECIMALS = 15
+_MOST_DECIMALS = 15  # more are below the precision of a float
 _PREFIXABLE = ("m", "rad", "s")
 _PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
-_ROUNDED_TO_ONE = 0.9995
+_ROUNDED_TO_ONE = 0.9995  # rounded to three digits it is 1
 _ROUNDING = 1.0 / _ROUNDED_TO_ONE
 _MIDDLE = 0.01  # of half of an interval: a value nearer to the middle is taken to lie in it
 

@@ -12,7 +12,7 @@ from stickslip.records.identification import Resimulation
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 from stickslip.records.record import Record, ScenarioTables, valued_tables
 
-_SCHEMA = 1
+_SCHEMA = 1  # version of the JSON form
 
 _LOG_LEGEND = {
     "why_not": "why an estimator does not apply to this log; empty if it does",

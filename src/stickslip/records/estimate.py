@@ -19,7 +19,7 @@ from stickslip.records.quantities import (
 )
 from stickslip.records.record import Exportable, Record, Worded
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 1  # of the JSON form
 
 PARAMETER_NAMES: tuple[str, ...] = tuple(
     f"{name}{side}"

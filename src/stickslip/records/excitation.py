@@ -10,8 +10,8 @@ from jaxtyping import Float
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 from stickslip.records.record import Record, Valued
 
-_SCHEMA = 3
-_NORMAL_95 = 1.959963984540054
+_SCHEMA = 3  # version of the JSON form
+_NORMAL_95 = 1.959963984540054  # standard deviations of a 95 % interval
 _QUANTITIES = {
     "effort": "effort",
     "largest_effort": "effort",

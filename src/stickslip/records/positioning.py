@@ -13,7 +13,7 @@ from stickslip.records.record import Record, ScenarioTables, Worded, valued_tabl
 
 LandingPhaseName = Literal["feedback", "resting", "series", "pulses", "done", "stopped"]
 
-_SCHEMA = 3
+_SCHEMA = 3  # version of the JSON form
 
 _LEGEND = {
     "error": "target less true position; of a flexible arm, of the mass that is farther from it",

@@ -20,7 +20,7 @@ from stickslip.records.record import ReadOnlyMapping, Record, Valued
 
 PulseMethod = Literal["pwc", "papwc", "exact", "landing"]
 
-_SCHEMA = 1
+_SCHEMA = 1  # version of the JSON form
 _LARGEST = 1e15  # SI: a damaged number rather than one that some axis has
 
 

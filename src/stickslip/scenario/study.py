@@ -19,8 +19,8 @@ from stickslip.scenario.task import SensorsTable
 
 _MOST_SAMPLES = 5_000_000  # of one run: some ten minutes for every estimator
 
-_LEAST_SAMPLES = 100
-_MOST_RUNS = 100_000
+_LEAST_SAMPLES = 100  # of one run
+_MOST_RUNS = 100_000  # of a study
 
 _LARGEST_DELAY = _LEAST_SAMPLES // 2
 """Of the effort, in samples: even the shortest run has as many in which it acts."""

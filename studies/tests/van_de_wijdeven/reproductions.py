@@ -38,8 +38,8 @@ def energy_figure(number: str = "6.1", *, columns: int = 1, rows: int = 2) -> Re
         x_label="time [s]",
         y_label="error e_y [J]",
         curves=(
-            Curve("estimate", "first", x, np.sin(x)),
-            Curve("truth", "truth", x[[0, -1]], np.zeros(2)),
+            Curve(label="estimate", role="first", x=x, y=np.sin(x)),
+            Curve(label="truth", role="truth", x=x[[0, -1]], y=np.zeros(2)),
         ),
     )
     return ReproducedFigure(
@@ -132,7 +132,7 @@ def pulse_panel(*, staircase: bool = False, lines: int = 2) -> Panel:
         x_label="time [s]",
         y_label="f_p [N]",
         curves=tuple(
-            Curve(role, role, x, (-1.0) ** x * (k + 1), staircase=staircase)
+            Curve(label=role, role=role, x=x, y=(-1.0) ** x * (k + 1), staircase=staircase)
             for k, role in enumerate(roles[:lines])
         ),
     )

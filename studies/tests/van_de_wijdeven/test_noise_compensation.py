@@ -1,4 +1,4 @@
-"""Chapter 5 of the report against quadrature, Monte Carlo, and refits of its polynomials."""
+"""Chapter 5 of the source against quadrature, Monte Carlo, and refits of its polynomials."""
 
 from collections.abc import Callable
 from itertools import pairwise

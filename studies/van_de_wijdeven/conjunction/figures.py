@@ -54,10 +54,14 @@ def _landing(landing: Landing) -> ReproducedFigure:
                 x_label=_TIME,
                 y_label="position [m]",
                 curves=(
-                    Curve("mass 1", "first", time, states[::_SHOWN, 0]),
-                    Curve("mass 2", "second", time, states[::_SHOWN, 2]),
+                    Curve(label="mass 1", role="first", x=time, y=states[::_SHOWN, 0]),
+                    Curve(label="mass 2", role="second", x=time, y=states[::_SHOWN, 2]),
                     Curve(
-                        "target", "truth", ends, np.array([*TARGETS, TARGETS[-1]]), staircase=True
+                        label="target",
+                        role="truth",
+                        x=ends,
+                        y=np.array([*TARGETS, TARGETS[-1]]),
+                        staircase=True,
                     ),
                 ),
             ),
@@ -65,7 +69,9 @@ def _landing(landing: Landing) -> ReproducedFigure:
                 title="input",
                 x_label=_TIME,
                 y_label="u [N]",
-                curves=(Curve("input", "first", time, effort[::_SHOWN], staircase=True),),
+                curves=(
+                    Curve(label="input", role="first", x=time, y=effort[::_SHOWN], staircase=True),
+                ),
             ),
             Panel(
                 title="phase",
@@ -74,7 +80,13 @@ def _landing(landing: Landing) -> ReproducedFigure:
                 y_range=(-0.3, 3.3),
                 y_ticks=_ORDER[:4],
                 curves=(
-                    Curve("phase", "first", starts, np.append(number, number[-1]), staircase=True),
+                    Curve(
+                        label="phase",
+                        role="first",
+                        x=starts,
+                        y=np.append(number, number[-1]),
+                        staircase=True,
+                    ),
                 ),
             ),
             _estimate(landing, 0, "Coulomb friction", "f̂_c [N]", surrogate.COULOMB_FRICTION),
@@ -93,14 +105,19 @@ def _estimate(landing: Landing, which: int, title: str, label: str, truth: float
         y_label=label,
         y_range=(truth * (1.0 - _ZOOM), truth * (1.0 + _ZOOM)),
         curves=(
-            Curve("estimate", "first", time, value),
+            Curve(label="estimate", role="first", x=time, y=value),
             Curve(
-                f"{_SIGMAS:g} standard deviations",
-                "third",
-                np.concatenate((time, time[::-1])),
-                np.concatenate((high, low[::-1])),
+                label=f"{_SIGMAS:g} standard deviations",
+                role="third",
+                x=np.concatenate((time, time[::-1])),
+                y=np.concatenate((high, low[::-1])),
             ),
-            Curve("truth", "truth", np.array([0.0, 2.0 * TIME]), np.array([truth, truth])),
+            Curve(
+                label="truth",
+                role="truth",
+                x=np.array([0.0, 2.0 * TIME]),
+                y=np.array([truth, truth]),
+            ),
         ),
     )
 
@@ -119,10 +136,10 @@ def _flights(landing: Landing) -> ReproducedFigure:
                 x_label=_TIME,
                 y_label="position [m]",
                 curves=(
-                    Curve("x_1 planned", "first", planned, series.position),
-                    Curve("x_1 achieved", "second", time, states[there, 0]),
-                    Curve("x_2 planned", "third", planned, series.load_position),
-                    Curve("x_2 achieved", "fourth", time, states[there, 2]),
+                    Curve(label="x_1 planned", role="first", x=planned, y=series.position),
+                    Curve(label="x_1 achieved", role="second", x=time, y=states[there, 0]),
+                    Curve(label="x_2 planned", role="third", x=planned, y=series.load_position),
+                    Curve(label="x_2 achieved", role="fourth", x=time, y=states[there, 2]),
                 ),
             )
         )
@@ -154,10 +171,10 @@ def _reference(series: SeriesEvidence) -> ReproducedFigure:
                 y_range=(-1.1, 1.1),
                 curves=(
                     Curve(
-                        "input",
-                        "first",
-                        np.append(planned.time, time[-1]),
-                        np.append(planned.effort, (0.0, 0.0)),
+                        label="input",
+                        role="first",
+                        x=np.append(planned.time, time[-1]),
+                        y=np.append(planned.effort, (0.0, 0.0)),
                         staircase=True,
                     ),
                 ),
@@ -169,9 +186,13 @@ def _reference(series: SeriesEvidence) -> ReproducedFigure:
                 x_label=_TIME,
                 y_label="position [m]",
                 curves=(
-                    Curve("mass 1", "first", time, each.motion.position[shown]),
-                    *(() if load is None else (Curve("mass 2", "second", time, load[shown]),)),
-                    Curve("target", "truth", time[[0, -1]], np.array([MOVE, MOVE])),
+                    Curve(label="mass 1", role="first", x=time, y=each.motion.position[shown]),
+                    *(
+                        ()
+                        if load is None
+                        else (Curve(label="mass 2", role="second", x=time, y=load[shown]),)
+                    ),
+                    Curve(label="target", role="truth", x=time[[0, -1]], y=np.array([MOVE, MOVE])),
                 ),
             )
         )
@@ -196,8 +217,13 @@ def _effects(series: SeriesEvidence) -> ReproducedFigure:
             x_label="error of f_c [%]",
             y_label="final error [% of the move]",
             curves=(
-                Curve("this series", "first", x, 100.0 * np.array(ours) / MOVE),
-                Curve("another one of 4.6 s", "second", x, 100.0 * np.array(known) / MOVE),
+                Curve(label="this series", role="first", x=x, y=100.0 * np.array(ours) / MOVE),
+                Curve(
+                    label="another one of 4.6 s",
+                    role="second",
+                    x=x,
+                    y=100.0 * np.array(known) / MOVE,
+                ),
             ),
         )
 
@@ -233,10 +259,10 @@ def _successive(series: SeriesEvidence) -> ReproducedFigure:
             left = np.maximum(np.abs(each.error), each.swing) / MOVE
             curves.append(
                 Curve(
-                    f"{100 * each.friction_error:+g} %".replace("-", "−"),
-                    role,
-                    np.arange(left.size + 1.0),
-                    np.append(0.0, np.log10(np.maximum(left, 10.0**_FLOOR))),
+                    label=f"{100 * each.friction_error:+g} %".replace("-", "−"),
+                    role=role,
+                    x=np.arange(left.size + 1.0),
+                    y=np.append(0.0, np.log10(np.maximum(left, 10.0**_FLOOR))),
                 )
             )
         panels.append(

@@ -119,8 +119,13 @@ def _densities() -> ReproducedFigure:
                 x_label="y, in σ",
                 y_label="density, in 1/σ",
                 curves=(
-                    Curve("y = v", "second", x, np.exp(-0.5 * (x - mean) ** 2) / _ROOT_TWO_PI),
-                    Curve("y = |v|", "first", x, absolute_density(x, mean, 1.0)),
+                    Curve(
+                        label="y = v",
+                        role="second",
+                        x=x,
+                        y=np.exp(-0.5 * (x - mean) ** 2) / _ROOT_TWO_PI,
+                    ),
+                    Curve(label="y = |v|", role="first", x=x, y=absolute_density(x, mean, 1.0)),
                 ),
             )
             for mean in _MEANS
@@ -147,9 +152,19 @@ def _expected_value() -> ReproducedFigure:
                 x_label=f"true {_VELOCITY}",
                 y_label=_ABSOLUTE,
                 curves=(
-                    Curve("true |v|", "truth", x, np.abs(x)),
-                    Curve("expected of the measured |v|", "first", x, absolute_mean(x, 1.0)),
-                    Curve("polynomial of order six", "third", x, absolute_mean_polynomial(x, 1.0)),
+                    Curve(label="true |v|", role="truth", x=x, y=np.abs(x)),
+                    Curve(
+                        label="expected of the measured |v|",
+                        role="first",
+                        x=x,
+                        y=absolute_mean(x, 1.0),
+                    ),
+                    Curve(
+                        label="polynomial of order six",
+                        role="third",
+                        x=x,
+                        y=absolute_mean_polynomial(x, 1.0),
+                    ),
                 ),
             ),
         ),
@@ -176,13 +191,13 @@ def _double_expectation() -> ReproducedFigure:
                 x_label=f"measured {_VELOCITY}",
                 y_label=_ABSOLUTE,
                 curves=(
-                    Curve("measured |v|", "truth", x, np.abs(x)),
-                    Curve("exact h(|v|)", "first", x, double_absolute_mean(x, 1.0)),
+                    Curve(label="measured |v|", role="truth", x=x, y=np.abs(x)),
+                    Curve(label="exact h(|v|)", role="first", x=x, y=double_absolute_mean(x, 1.0)),
                     Curve(
-                        "Eq. 5.24, from order six",
-                        "third",
-                        x,
-                        double_absolute_mean_polynomial(x, 1.0),
+                        label="Eq. 5.24, from order six",
+                        role="third",
+                        x=x,
+                        y=double_absolute_mean_polynomial(x, 1.0),
                     ),
                 ),
             ),
@@ -191,16 +206,19 @@ def _double_expectation() -> ReproducedFigure:
                 x_label=f"measured {_ABSOLUTE} (dashed: true)",
                 y_label="bias, in σ",
                 curves=(
-                    Curve("what noise adds", "truth", s, absolute_mean(s, 1.0) - s),
-                    Curve("exact h(|v|) − |v|", "first", s, absolute_bias(s, 1.0)),
+                    Curve(label="what noise adds", role="truth", x=s, y=absolute_mean(s, 1.0) - s),
+                    Curve(label="exact h(|v|) − |v|", role="first", x=s, y=absolute_bias(s, 1.0)),
                     Curve(
-                        "Eq. 5.24 − |v|", "third", s, double_absolute_mean_polynomial(s, 1.0) - s
+                        label="Eq. 5.24 − |v|",
+                        role="third",
+                        x=s,
+                        y=double_absolute_mean_polynomial(s, 1.0) - s,
                     ),
                     Curve(
-                        "polynomial of order four",
-                        "fourth",
-                        s,
-                        absolute_bias_polynomial(s, 1.0, of="polynomial"),
+                        label="polynomial of order four",
+                        role="fourth",
+                        x=s,
+                        y=absolute_bias_polynomial(s, 1.0, of="polynomial"),
                     ),
                 ),
             ),

@@ -75,10 +75,10 @@ def _evolution(number: int, parameter: int, traces: Mapping[str, Trace]) -> Repr
         panels.append(
             (
                 *(
-                    Curve(traces[key].case.label, role, time, values)
+                    Curve(label=traces[key].case.label, role=role, x=time, y=values)
                     for key, role, (time, values) in zip(pair, roles, whole, strict=True)
                 ),
-                Curve("truth", "truth", ends, np.full(2, truth)),
+                Curve(label="truth", role="truth", x=ends, y=np.full(2, truth)),
             )
         )
     settled = [
@@ -186,7 +186,10 @@ def _errors(
                 y_range=(-sizes[column] * (1 + _MARGIN), sizes[column] * (1 + _MARGIN)),
                 curves=(
                     Curve(
-                        trace.case.label, role, trace.time[::_STRIDE], trace.error[run, ::_STRIDE]
+                        label=trace.case.label,
+                        role=role,
+                        x=trace.time[::_STRIDE],
+                        y=trace.error[run, ::_STRIDE],
                     ),
                 ),
             )

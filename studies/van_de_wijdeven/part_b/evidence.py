@@ -21,7 +21,7 @@ from studies.van_de_wijdeven.part_b.setting import (
     PULSE_EFFORT,
     SAMPLING_TIME,
     START_ERROR,
-    report_law,
+    source_law,
 )
 
 FINER = (SAMPLING_TIME / 2.0, SAMPLING_TIME / 10.0)
@@ -84,7 +84,7 @@ def gather(advance: Callable[[], None]) -> Evidence:
     }
     bounded = {reading: replace(each, longest_width=BOUNDED) for reading, each in unbounded.items()}
     return Evidence(
-        law=report_law(),
+        law=source_law(),
         series={case.key: done(series_of(case.first())) for case in CASES},
         anew={case.key: done(series_of(case.first(), keep_covariance=False)) for case in CASES},
         finer={

@@ -16,7 +16,7 @@ from studies.van_de_wijdeven.part_b.setting import (
     RUNS_IN_A_ROW,
     SAMPLING_TIME,
     TOLERANCE,
-    report_plant,
+    source_plant,
 )
 from studies.van_de_wijdeven.records import Curve, CurveRole, Panel, ReproducedFigure
 
@@ -75,7 +75,7 @@ def _displacement(law: PulseLaw) -> ReproducedFigure:
             (f"Eq. 4 with {fitted / b:.2f} b", fitted * widths**2),
         )
         curves = [
-            Curve(label, role, 1e3 * widths, 1e3 * values)
+            Curve(label=label, role=role, x=1e3 * widths, y=1e3 * values)
             for role, (label, values) in zip(roles, lines, strict=True)
         ]
         curves.append(_level(f"{1e3 * wanted:g} mm", 1e3 * wanted, (0.0, 1e3 * widest)))
@@ -83,10 +83,10 @@ def _displacement(law: PulseLaw) -> ReproducedFigure:
             reached = 1e3 * float(law.displacement(PULSE_EFFORT, long))
             curves.append(
                 Curve(
-                    f"{1e3 * long:.0f} ms go {reached:.2f} mm",
-                    "fourth",
-                    1e3 * np.array([long, long]),
-                    np.array([0.0, reached]),
+                    label=f"{1e3 * long:.0f} ms go {reached:.2f} mm",
+                    role="fourth",
+                    x=1e3 * np.array([long, long]),
+                    y=np.array([0.0, reached]),
                 )
             )
         top = 1.3e3 * wanted if not marks else 1.6e3 * wanted
@@ -114,7 +114,7 @@ def _displacement(law: PulseLaw) -> ReproducedFigure:
 
 
 def _level(label: str, value: float, ends: tuple[float, float]) -> Curve:
-    return Curve(label, "truth", np.array(ends), np.full(2, value))
+    return Curve(label=label, role="truth", x=np.array(ends), y=np.full(2, value))
 
 
 def _errors(evidence: Evidence, number: str, controller: str) -> ReproducedFigure:
@@ -155,7 +155,7 @@ def _error_panel(
     for bound, label, role in _BOUNDS:
         series = evidence.series[controller, reading, bound]
         time, error = _between_samples(series, run)
-        curves.append(Curve(label, role, time, 1e3 * error))
+        curves.append(Curve(label=label, role=role, x=time, y=1e3 * error))
     title = f"run {run + 1}, {reading}"
     if not zoomed:
         return Panel(title=title, x_label=_TIME_LABEL, y_label="error [mm]", curves=tuple(curves))
@@ -179,7 +179,7 @@ def _between_samples(
     controller, log = series.controllers[run], series.runs[run].run.log
     samples = round(_TIME / controller.sampling_time)
     motion = simulate(
-        report_plant(),
+        source_plant(),
         np.repeat(log.effort[:samples], _BETWEEN),
         sampling_time=controller.sampling_time / _BETWEEN,
     )
@@ -220,7 +220,11 @@ def _pulse_panel(series: Series, run: int, what: str) -> Panel:
         x_label=_TIME_LABEL,
         y_label="f_p [N]",
         y_range=(-1.1 * PULSE_EFFORT, 1.1 * PULSE_EFFORT),
-        curves=(Curve("input", "first", log.time[shown], log.effort[shown], staircase=True),),
+        curves=(
+            Curve(
+                label="input", role="first", x=log.time[shown], y=log.effort[shown], staircase=True
+            ),
+        ),
     )
 
 
@@ -296,10 +300,10 @@ def _estimate(series: Series, run: int, name: str, label: str, role: CurveRole) 
     shown = done.estimate_times <= _TIME
     values = done.estimates[name][shown]
     return Curve(
-        label,
-        role,
-        np.append(done.estimate_times[shown], _TIME),
-        np.append(values, values[-1]),
+        label=label,
+        role=role,
+        x=np.append(done.estimate_times[shown], _TIME),
+        y=np.append(values, values[-1]),
         staircase=True,
     )
 

@@ -18,7 +18,7 @@ from studies.van_de_wijdeven.part_b.setting import (
     MASS,
     PULSE_EFFORT,
     SAMPLING_TIME,
-    report_plant,
+    source_plant,
 )
 
 _SAME = 1e-9  # relative; of formulas and an exact simulation, whose rounding is far below
@@ -51,7 +51,7 @@ def _closed_form_error(plant: SingleMass) -> float:
 
 
 def _closed_form_errors(_: Evidence) -> dict[str, float]:
-    plant = report_plant()
+    plant = source_plant()
     law = CoulombViscousFriction.symmetric(
         coulomb_friction=COULOMB_FRICTION,
         viscous_friction=0.0,

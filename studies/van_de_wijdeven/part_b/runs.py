@@ -9,7 +9,7 @@ from jaxtyping import Float
 from stickslip.control import PulseController
 from stickslip.records import PositioningOutcome
 from studies.pulse_run import PulseRun, run_pulses
-from studies.van_de_wijdeven.part_b.setting import DURATION, RUNS_IN_A_ROW, TOLERANCE, report_plant
+from studies.van_de_wijdeven.part_b.setting import DURATION, RUNS_IN_A_ROW, TOLERANCE, source_plant
 from studies.van_de_wijdeven.records import CarriedRuns
 
 _END = (
@@ -63,7 +63,7 @@ class Series:
 def one_run(controller: PulseController, *, duration: float = DURATION) -> PulseRun:
     """Run a controller on the mass of Table 1, from rest at 0, with ideal sensors."""
     return run_pulses(
-        report_plant(), controller, sampling_time=controller.sampling_time, duration=duration
+        source_plant(), controller, sampling_time=controller.sampling_time, duration=duration
     )
 
 

@@ -38,7 +38,7 @@ SETTING = (
 )
 
 
-def report_plant() -> "SingleMass":
+def source_plant() -> "SingleMass":
     """Return the mass of Table 1 with its friction."""
     from stickslip.friction import CoulombViscousFriction
     from stickslip.plants import SingleMass
@@ -51,11 +51,11 @@ def report_plant() -> "SingleMass":
     return SingleMass(mass=MASS, friction=friction)
 
 
-def report_law() -> "PulseLaw":
+def source_law() -> "PulseLaw":
     """Return what a pulse does to it."""
     from stickslip.planning import PulseLaw
 
-    return PulseLaw.of(report_plant())
+    return PulseLaw.of(source_plant())
 
 
 def setting_values() -> dict[str, dict[str, tuple[float | tuple[float, ...], str]]]:

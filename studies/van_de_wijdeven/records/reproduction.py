@@ -29,7 +29,7 @@ Sketch = Literal["mass with friction"]
 SettingValues = Mapping[str, Mapping[str, tuple[float | tuple[float, ...], str]]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Curve(Record):
     """One line of a panel."""
 

@@ -26,7 +26,7 @@ LEARNED = ("mass", "load_mass", "stiffness", "coulomb_friction", "viscous_fricti
 
 _BODY, _FRICTION = slice(0, 3), slice(3, 5)
 _ROUNDING = 1e-8  # of the way: sensors without noise
-_CONVERGED = 1e-12
+_CONVERGED = 1e-12  # relative change of cost and parameters that ends a fit
 _FITS = 4  # at most, each with the noise that the residuals of the last one show
 _EVALUATIONS = 60  # of the motion and its slopes in a fit
 _TINY = 1e-12  # of the frequency: a weight for sensors without noise

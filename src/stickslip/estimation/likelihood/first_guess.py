@@ -25,7 +25,7 @@ _STATIC = 1.2
 
 _REACHES = (1, 2, 4, 8, 16, 32)
 """Samples to each side that a velocity's sign is taken over: the one that explains most is kept."""
-_PIECES = 16
+_PIECES = 16  # of a segment at most
 _LEAST_PIECE = 100  # samples
 _RESTING = 4.0  # standard deviations of a velocity's noise below which the axis counts as at rest
 _STEPS = 1.5  # of an encoder, the same

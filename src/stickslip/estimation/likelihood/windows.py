@@ -27,7 +27,7 @@ CHANNELS = ("position", "velocity", "load_position", "load_velocity")
 
 _LARGEST_CORRELATION = 0.9999  # at which a search of the coefficient ends [-]
 _GOLDEN_STEPS = 40  # of the search of the coefficient: (0.618)^40 = 4e-9
-_GOLDEN = 0.6180339887498949
+_GOLDEN = 0.6180339887498949  # (sqrt(5) - 1)/2
 _FIRST_GRID = 33  # coefficients
 
 

@@ -29,9 +29,9 @@ _NOISE_QUANTILE = 0.8  # the largest fifth of the differences may be jumps [-]
 _FREQUENCIES = 4096  # for integrals over the spectrum [-]
 _NOISE_QUANTILE_NORMAL = 1.2815515655446004  # that quantile of abs(standard normal)
 
-DECIMATION_ORDER = 8
+DECIMATION_ORDER = 8  # of the Chebyshev low-pass before decimation
 DECIMATION_RIPPLE = 0.05  # dB
-DECIMATION_PASSBAND = 0.8
+DECIMATION_PASSBAND = 0.8  # of the Nyquist frequency after it [-]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,9 +20,9 @@ from stickslip.records import SensorSample
 from stickslip.simulation.kernels.single_mass import mass_step
 from stickslip.simulation.plant_kernels import initial_kernel_state, kernel_model
 
-_SAMPLES = 420
-_LAW_POINTS = 41
-_SEED = 20020611
+_SAMPLES = 420  # of a recorded motion
+_LAW_POINTS = 41  # speeds at which the law is compared
+_SEED = 20020611  # of the noise of that motion
 _DRIVE = 2.5  # largest effort of the recorded motion over the breakaway
 _PERIOD = 160  # of that effort [samples]
 _DISTANCE = 100.0  # of the recorded axis from its target at first, over the tolerance

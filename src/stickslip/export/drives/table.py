@@ -3,7 +3,7 @@
 from stickslip.export.law_table import law_table
 from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 
-_POINTS = 10
+_POINTS = 10  # of the table, by default
 LAW = (
     "coulomb_friction",
     "viscous_friction",

@@ -7,7 +7,7 @@ from stickslip.export.base import ExportSettings, FileToEdit
 from stickslip.export.parameters import ExportParameters
 from stickslip.records import InputError, mass_name, non_negative
 
-_SINGLE = 1e-7
+_SINGLE = 1e-7  # relative precision of single floats
 _JOINT = {"linear": "a prismatic (sliding)", "rotary": "a revolute (turning)"}
 
 

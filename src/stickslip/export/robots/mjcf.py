@@ -26,7 +26,7 @@ _KINDS = {"hinge": "rotary", "slide": "linear"}
 _TIME_STEP = 0.002  # MuJoCo's default [s]
 _IMPEDANCE = "0.9999 0.9999 0.001 0.5 2"
 _IMPEDANCE_AT_REST = 0.9999  # the largest that MuJoCo allows
-_FIT_POINTS = 400
+_FIT_POINTS = 400  # speeds to which a polynomial is fitted
 _LUGRE = re.compile(rb"""\blugre\s*=\s*["']([^"']*)""")
 _PLACES = ("body", "frame", "replicate")
 

@@ -10,7 +10,7 @@ from stickslip.export.parameters import SLIDING
 from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 from stickslip.records import mass_name
 
-_POINTS = 10
+_POINTS = 10  # of the table, by default
 
 
 def _modelica(axis: AxisToFill) -> Filling:

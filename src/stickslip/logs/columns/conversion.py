@@ -78,14 +78,10 @@ def axis_log(
     if unit or schema.torque_constant is not None:
         assumed = tuple(each for each in assumed if each[0] != "effort")
     time, effort = sampled.time, channels.pop("effort")
-    measured: dict[str, Any] = {f"measured_{name}": each for name, each in channels.items()}
-    empty = [
-        name
-        for name, values in measured.items()
-        if name.endswith("velocity") and not np.any(values) and np.ptp(channels["position"]) > 0.0
-    ]
-    for name in empty:  # of drivers that do not measure it
-        del measured[name]
+    empty = _empty_velocities(channels)
+    measured: dict[str, Any] = {
+        f"measured_{name}": each for name, each in channels.items() if name not in empty
+    }
     part, note_of_part = _part(time, schema, table.label)
     if part != slice(None):
         time, effort = time[part], effort[part]
@@ -117,10 +113,7 @@ def axis_log(
         *([unconverted] if unconverted else []),
         *converted,
         *note_of_part,
-        *(
-            f"{name.removeprefix('measured_')}: 0 in all samples, so it is not used"
-            for name in empty
-        ),
+        *(f"{name}: 0 in all samples, so it is not used" for name in empty),
         *([note] if note else []),
         *_timing(log, table, bound),
     )
@@ -133,6 +126,15 @@ def axis_log(
             unconverted=unconverted,
         )
     )
+
+
+def _empty_velocities(channels: Mapping[str, Column]) -> list[str]:
+    """Return the velocities that are 0 in all samples of a motion: the drive measures none."""
+    return [
+        name
+        for name, values in channels.items()
+        if name.endswith("velocity") and not np.any(values) and np.ptp(channels["position"]) > 0.0
+    ]
 
 
 def _unconverted(unit: EffortUnit) -> str:

@@ -10,7 +10,7 @@ from stickslip.records import InputError
 
 _SAME = 1e-9  # stamps of two groups that differ by at most this share of a step are the same
 
-_FEWEST = 2
+_FEWEST = 2  # samples of a channel, between which it is interpolated
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,12 +13,12 @@ from stickslip.logs.formats.hdf5 import h5py_for
 from stickslip.logs.table import Table
 
 _SIGNATURE_V73 = b"\x89HDF\r\n\x1a\n"
-_USERBLOCK = 512
+_USERBLOCK = 512  # bytes before the signature of HDF5
 _SUBSYSTEM = slice(116, 124)
 """Place in the header of version 5 of the offset of the objects; blank or zero without any."""
 
 _VERSION_73 = "a MATLAB 7.3 file"
-_DEEPEST = 20
+_DEEPEST = 20  # structures in each other
 _DATA, _TIME = ("Data_", "Data"), ("Time_", "Time")
 _UNIFORM = ("Start", "Increment", "Length")
 _DATA_UNITS, _DATA_INFO, _TIME_INFO = "Units", "DataInfo", "TimeInfo"

@@ -13,7 +13,7 @@ from stickslip.logs.table import Table
 from stickslip.records import InputError
 
 _TESTS = ("slow-forward", "slow-backward", "fast-forward", "fast-backward")
-_LARGEST = 500_000_000
+_LARGEST = 500_000_000  # bytes: a JSON file is read as a whole
 
 _COLUMNS: Mapping[int, tuple[str, ...]] = MappingProxyType(
     {

@@ -20,7 +20,7 @@ _FILETIME = 1e15
 
 _EXACT_DIGITS = 15  # digits that a float holds
 
-_ROWS_AT_ONCE = 50_000
+_ROWS_AT_ONCE = 50_000  # that are text in memory
 
 
 def is_twincat(lines: Sequence[str]) -> bool:

@@ -35,7 +35,7 @@ _AFTER_END = 1.15  # time drawn over the time until the controller has ended
 _AFTER_MOTION = 1.6  # time drawn over the time until the last motion
 _NARROW = 0.012  # share of the time that a phase takes at least to have its number above it
 _ZOOM = 4.0  # half-height of the magnified panel in tolerances, unless the axis ends farther away
-_ROOM = 1.15
+_ROOM = 1.15  # half-height of a panel over the largest value in it
 _LEAST = 1e-15  # distance, or error over the value, that is drawn for none at all
 
 _MOST_PULSES = 3000  # markers in a figure
@@ -49,7 +49,7 @@ _UNDER_WAY = 0.75  # share of a move after which it should have ended
 _FIRST, _LAST = 6, 4  # series of a long run that are drawn
 _TAIL = 0.4  # share of a series' duration that is drawn after it
 
-_NORMAL_95 = 1.96
+_NORMAL_95 = 1.96  # standard deviations of a 95 % interval
 _SETTLED = 0.25  # of the time, at whose end an estimate is taken for settled
 
 _TIME = "time <i>t</i> [s]"

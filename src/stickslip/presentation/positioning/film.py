@@ -17,7 +17,7 @@ _MOST_FRAMES = 1200  # between them the masses move on straight lines
 
 # The stage [px]
 _STAGE = {"width": 960, "height": 334, "half": 32, "tall": 46, "ground": 205, "wheel": 8}
-_MARGIN = 62.0
+_MARGIN = 62.0  # at either end of the stage
 _GAP = 46.0  # least length of the spring
 _ARROW = 105.0  # of the largest effort
 _GAUGE_LEFT, _GAUGE_RIGHT = 190.0, 930.0

@@ -32,7 +32,7 @@ _TABLE_1 = 1e-5 * (150.0 * 300.0) ** 2
 """Published P(0) of PAPWC times the squared product of mass and effort of the published pulses: the
 spread of A1 f^2 beside that of A2 f is then the same on every axis."""
 
-_MUCH = 10.0
+_MUCH = 10.0  # ratio of initial covariances beyond which a note is given
 
 _RUNNING = ("coulomb_friction", "viscous_friction")
 _UNCERTAINTIES = ("mass_uncertainty", "friction_uncertainty", "asymmetry")

@@ -258,6 +258,44 @@ def _taylor(
     return (x, v, d, w, z, xl, vl, dl, wl, zl), root, dip, slope, bend
 
 
+@compiled(inline=True)
+def _slip_force(m: Any, mode: int, U: float) -> float:
+    """Return the effort less offset and Coulomb friction while slipping."""
+    return U - m.fc_p if mode > 0 else U + m.fc_n
+
+
+@compiled(inline=True)
+def _halted(y: State) -> State:
+    """Return the state with the first mass at rest."""
+    x, _, d, w, z, xl, _, dl, wl, zl = y
+    return x, 0.0, d, w, z, xl, 0.0, dl, wl, zl
+
+
+@compiled(inline=True)
+def _swung(omega: float, rem: float, y: State) -> State:
+    """Swing the second mass at its spring over what is left of a sample, the first at rest."""
+    x, v, d, w, z, xl, vl, dl, wl, zl = y
+    half = math.sin(0.5 * omega * rem)
+    cos_1 = -2.0 * half * half
+    sin_1 = math.sin(omega * rem)
+    dd = cos_1 * d - sin_1 * (w / omega)
+    dw = omega * (sin_1 * d) + cos_1 * w
+    d, dl = accumulate(d, dl, dd)
+    w, wl = accumulate(w, wl, dw)
+    z, zl = accumulate(z, zl, -dd)
+    return x, v, d, w, z, xl, vl, dl, wl, zl
+
+
+@compiled()
+def _uneventful(m: Any, mode: int, U: float, y: State) -> tuple[State, int]:
+    """Propagate over a whole sample without events; return the state and the mode at its end."""
+    c, low = increments(m, mode)
+    if mode == 0:
+        return rest(c, low, m.fine != 0.0, y), 0
+    y = slip(c, low, m.fine != 0.0, _slip_force(m, mode, U), y)
+    return (_halted(y), 0) if mode * y[1] <= 0.0 else (y, mode)
+
+
 @compiled()
 def arm_events(
     m: Any, work: Vector, event_time: Vector, event_mode: NDArray[np.int8], count: int,
@@ -288,7 +326,7 @@ def arm_events(
     g = 0.0  # force on the first mass then, without viscous friction
     while True:
         if mode == 0 and rem > 0.0:  # at the end of a sample, the next one's effort decides
-            x, v, d, w, z, xl, vl, dl, wl, zl = y
+            x, v, d, w, z, xl, vl, dl, _, zl = y
             force = U - ks * d
             near = GRAZING_TOLERANCE * ks * math.hypot(d, w / omega)
             if sudden and (abs(force - fs_p) < near or abs(force + fs_n) < near):
@@ -316,20 +354,11 @@ def arm_events(
             arrived = False
         if mode == 0:
             if rem > 0.0 and count > count0:
-                x, v, d, w, z, xl, vl, dl, wl, zl = y
-                half = math.sin(0.5 * omega * rem)
-                cos_1 = -2.0 * half * half
-                sin_1 = math.sin(omega * rem)
-                dd = cos_1 * d - sin_1 * (w / omega)
-                dw = omega * (sin_1 * d) + cos_1 * w
-                d, dl = accumulate(d, dl, dd)
-                w, wl = accumulate(w, wl, dw)
-                z, zl = accumulate(z, zl, -dd)
-                y = (x, v, d, w, z, xl, vl, dl, wl, zl)
+                y = _swung(omega, rem, y)
             break
         h = min(rem, 1.0 / m.norm)
         if deflate == 0:
-            g = (U - fc_p if mode > 0 else U + fc_n) - ks * y[2]
+            g = _slip_force(m, mode, U) - ks * y[2]
         y, root, dip, slope, bend = _taylor(m, work, mode, g, deflate, h, y)
         rem -= min(root, 1.0) * h
         deflate = 0
@@ -337,26 +366,14 @@ def arm_events(
             at_end = rem < GRAZING_TOLERANCE * T  # the next effort may or may not find it at rest
             if sudden and (at_end or slope * slope < 4.0 * close * bend * mode):
                 flags |= GRAZING
-            x, v, d, w, z, xl, vl, dl, wl, zl = y
-            y = (x, 0.0, d, w, z, xl, 0.0, dl, wl, zl)
-            mode = 0
-            arrived = True
+            y, mode, arrived = _halted(y), 0, True
         else:
             if sudden and (dip < close or abs(y[1]) < close):
                 flags |= GRAZING
             if not rem > 0.0:  # nor after an overflow
                 break
     if count == count0:
-        c, low = increments(m, mode0)
-        mode = mode0
-        if mode == 0:
-            y = rest(c, low, m.fine != 0.0, y0)
-        else:
-            y = slip(c, low, m.fine != 0.0, U - fc_p if mode > 0 else U + fc_n, y0)
-            if mode * y[1] <= 0.0:
-                x, v, d, w, z, xl, vl, dl, wl, zl = y
-                y = (x, 0.0, d, w, z, xl, 0.0, dl, wl, zl)
-                mode = 0
+        y, mode = _uneventful(m, mode0, U, y0)
     return y, mode, count, flags
 
 
@@ -389,7 +406,7 @@ def arm_step(
         w_max, w_min = m.fs_p - margin, margin - m.fs_n
         ok = w_min <= U - m.ks * y[2] <= w_max and w_min <= U - m.ks * ny[2] <= w_max
     else:
-        ny = slip(c, low, m.fine != 0.0, U - m.fc_p if mode > 0 else U + m.fc_n, y)
+        ny = slip(c, low, m.fine != 0.0, _slip_force(m, mode, U), y)
         threshold = slip_threshold(m, R, abs(U))
         ok = mode * y[1] > threshold and mode * ny[1] > threshold
     flags = 0

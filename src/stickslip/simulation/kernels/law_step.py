@@ -51,6 +51,7 @@ LAW_MODEL = np.dtype(
 law_fields = fields_at(LAW_MODEL)
 
 STATES = 5  # x1, v1, z, v2, x2
+# Of Rodas5
 STAGES = 8
 ORDER = 5.0
 GAMMA = 0.19

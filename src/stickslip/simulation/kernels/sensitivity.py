@@ -27,7 +27,7 @@ from stickslip.compiled import compiled
 
 FRICTION_COLUMNS = 5  # fc+, fc-, fs+, fs-, f0, after the parameters of the rates
 _TERMS = 18  # of the Taylor series at |A| h <= 1/2: 2^-18/18! = 6e-22
-_LONGEST = 0.5
+_LONGEST = 0.5  # norm of a step, as `_TERMS` assumes
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]

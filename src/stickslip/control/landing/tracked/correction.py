@@ -29,7 +29,7 @@ from stickslip.plants import FlexibleArm
 
 _REGULAR = 1e-10  # of the largest covariance of the reachable states
 _TURNS = 1e-3  # of the planned speed
-_HALVINGS = 6
+_HALVINGS = 6  # of the share that is feasible: to 1/64
 
 Deviation = tuple[float, float, float, float]
 Gain = Float[np.ndarray, "2 2"]

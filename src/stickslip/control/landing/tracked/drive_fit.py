@@ -11,7 +11,7 @@ from stickslip.control.landing.tuning import LANDING, LEARNING
 from stickslip.plants import FlexibleArm
 
 LAGS = 4  # samples of the effort that may act in one
-_REFITS = 4
+_REFITS = 4  # each with the variance that the residuals of the last one show
 _CLIPS = tuple(np.arange(0.98, 0.49, -0.02).tolist())  # of the limit, where efforts may be clipped
 _MOST_CORRELATED = 0.98  # correlation of successive residuals at which their variance is finite
 

@@ -168,6 +168,167 @@ def _exponential_integrals(h: float) -> tuple[Float[np.ndarray, " 3"], Float[np.
     return np.array(integrals), np.array(slopes)
 
 
+class _Filter(NamedTuple):
+    """Measurements, states and work space of the filter; the axes are those of `innovate`."""
+
+    H: Float[np.ndarray, "c s"]
+    H_p: Float[np.ndarray, "p c s"]
+    deep: int
+    Z: Float[np.ndarray, "l q s"]
+    P: Float[np.ndarray, "l s s"]
+    K: Float[np.ndarray, " s"]
+    S: Float[np.ndarray, " l"]
+    e: Float[np.ndarray, "l q"]
+    PH: Float[np.ndarray, "l s"]
+    K_a: Float[np.ndarray, " s"]
+    moved: Float[np.ndarray, "q s"]
+    work: Float[np.ndarray, "s s"]
+
+
+class _Sums(NamedTuple):
+    """What `innovate` returns."""
+
+    gram: Float[np.ndarray, "l q q"]
+    logs: Float[np.ndarray, " l"]
+    information: Float[np.ndarray, "a a"]
+
+
+@compiled()
+def _start_anew(f: _Filter, first: Float[np.ndarray, "l s"], motion: bool) -> None:
+    """Start the states of the effort anew, and those of the motion if it starts anew too."""
+    for i in range(_S):
+        if i > _D or (i < _D and motion):
+            f.Z[:, :, i] = 0.0
+            f.P[:, i] = 0.0
+            f.P[:, :, i] = 0.0
+            f.P[:, i, i] = first[:, i]
+
+
+@compiled()
+def _pass_without_slip(f: _Filter, noise: FilterNoise) -> None:
+    """Propagate the disturbance alone: d <- r d, P_dd <- r^2 P_dd + Q_dd."""
+    Q, r, P, Z = noise.Q, noise.r, f.P, f.Z
+    for a in range(1, r.size):
+        P[a, _D, _D] = (
+            r[0] * r[0] * P[a, _D, _D] + 2.0 * r[0] * r[a] * P[0, _D, _D] + Q[a, 0, _D, _D]
+        )
+        for j in range(f.deep):
+            Z[a, j, _D] = r[0] * Z[a, j, _D] + r[a] * Z[0, j, _D]
+    P[0, _D, _D] = r[0] * r[0] * P[0, _D, _D] + Q[0, 0, _D, _D]
+    for j in range(Z.shape[1]):
+        Z[0, j, _D] *= r[0]
+
+
+@compiled()
+def _compare(f: _Filter, R: Float[np.ndarray, "l c"], c: int, measured: float) -> None:
+    """Compute the errors e of a measurement, its variances S and the gain; update P_0."""
+    H, H_p, Z, P = f.H, f.H_p, f.Z, f.P
+    levels, q = f.e.shape
+    # Derivatives of the variance need the covariance before its update
+    for a in range(1, levels):
+        f.S[a] = R[a, c]
+        for i in range(_S):
+            total = 0.0
+            for j in range(_S):
+                total += P[a, i, j] * H[c, j]
+            f.PH[a, i] = total
+            f.S[a] += H[c, i] * total
+    f.S[0] = update(H[c], R[0, c], P[0], f.K, _S)
+    for a in range(levels):
+        for j in range(f.deep if a else q):
+            total = measured if a == 0 and j == 0 else 0.0
+            for i in range(_S):
+                total -= H[c, i] * Z[a, j, i]
+                if j > 0:
+                    total -= H_p[j - 1, c, i] * Z[a, 0, i]
+            f.e[a, j] = total
+
+
+@compiled()
+def _correct(f: _Filter) -> None:
+    """Correct the states by the errors, and the covariances P_a."""
+    Z, P, K, K_a, S, e = f.Z, f.P, f.K, f.K_a, f.S, f.e
+    weight = 1.0 / S[0]
+    for a in range(1, S.size):
+        for i in range(_S):
+            K_a[i] = (f.PH[a, i] - K[i] * S[a]) * weight
+        for i in range(_S):
+            for j in range(i, _S):
+                P[a, i, j] -= (K_a[i] * K[j] + K[i] * K_a[j]) * S[0] + (K[i] * K[j] * S[a])
+                P[a, j, i] = P[a, i, j]
+        for j in range(f.deep):
+            for i in range(_S):
+                Z[a, j, i] += K_a[i] * e[0, j] + K[i] * e[a, j]
+    for j in range(e.shape[1]):
+        for i in range(_S):
+            Z[0, j, i] += K[i] * e[0, j]
+
+
+@compiled()
+def _add(sums: _Sums, f: _Filter) -> None:
+    """Add the errors of a measurement to the sums."""
+    gram, logs, S, e = sums.gram, sums.logs, f.S, f.e
+    levels, q = e.shape
+    weight = 1.0 / S[0]
+    logs[0] += np.log(S[0])
+    for j in range(q):
+        for i in range(j, q):
+            gram[0, j, i] += e[0, j] * e[0, i] * weight
+    for a in range(1, levels):
+        logs[a] += S[a] * weight
+        for j in range(f.deep):
+            for i in range(j, f.deep):
+                gram[a, j, i] += (
+                    e[a, j] * e[0, i] + e[0, j] * e[a, i] - e[0, j] * e[0, i] * S[a] * weight
+                ) * weight
+        for b in range(a, levels):
+            both = 0.5 * S[a] * S[b] * weight + e[a, 0] * e[b, 0]
+            sums.information[a - 1, b - 1] += both * weight
+
+
+@compiled()
+def _move(
+    f: _Filter,
+    model: SlipModel,
+    noise: FilterNoise,
+    side: int,
+    known: float,
+    loads: Float[np.ndarray, " l"],
+) -> None:
+    """Propagate the states and covariances over a sample of slip."""
+    A, G, B, dA = model.A, model.G, model.B, model.A_p
+    Q, r, Z, P, moved = noise.Q, noise.r, f.Z, f.P, f.moved
+    levels, q = f.e.shape
+    for a in range(levels - 1, -1, -1):  # derivatives first: they need the values before
+        count = f.deep if a else q
+        for j in range(count):
+            for i in range(_S):
+                total = 0.0 if a else G[side, j, i] + B[side, j, i] * known
+                for g in range(i, _S):  # the transition is upper triangular
+                    total += A[side, i, g] * Z[a, j, g]
+                    if j > 0:
+                        total += dA[side, j - 1, i, g] * Z[a, 0, g]
+                moved[j, i] = total
+        for j in range(count):
+            if a:
+                moved[j, _D] += r[a] * Z[0, j, _D]
+            for i in range(_S):
+                Z[a, j, i] = moved[j, i]
+    for c in range(loads.size):
+        for i in range(_S):
+            Z[0, q - loads.size + c, i] -= B[side, 0, i] * loads[c]
+    for a in range(levels - 1, -1, -1):
+        predict(A[side], Q[a, side], P[a], f.work, _S, 1.0, True)
+        if a and r[a] != 0.0:  # the only entry of the transition that a level changes
+            for i in range(_S):
+                total = 0.0
+                for g in range(i, _S):
+                    total += A[side, i, g] * P[0, g, _D]
+                total *= r[a]
+                P[a, i, _D] += total
+                P[a, _D, i] += total
+
+
 @compiled()
 def innovate(
     model: SlipModel,
@@ -201,127 +362,49 @@ def innovate(
     Returns the upper triangle of sum e e'/S, sum log S, and the information on the noise levels,
     sum of S_a S_b/(2 S^2) + e_a e_b/S.
     """
-    A, G, B, dA = model.A, model.G, model.B, model.A_p
-    Q, R, first, r = noise.Q, noise.R, noise.first, noise.r
     known, measured, direction = record.known, record.measured, record.direction
-    jumps, loads = record.jumps, record.loads
     n, channels = measured.shape
-    q, levels = G.shape[1], r.size
-    Z, P = np.zeros((levels, q, _S)), np.zeros((levels, _S, _S))
-    K, K_a, S = np.zeros(_S), np.zeros(_S), np.zeros(levels)
-    PH = np.zeros((levels, _S))
-    moved, work, e = np.zeros((q, _S)), np.zeros((_S, _S)), np.zeros((levels, q))
-    gram, logs = np.zeros((levels, q, q)), np.zeros(levels)
-    information = np.zeros((levels - 1, levels - 1))
-    P[:, _D, _D] = first[:, _D]
+    q, levels = model.G.shape[1], noise.r.size
+    f = _Filter(
+        H,
+        dH,
+        deep,
+        np.zeros((levels, q, _S)),
+        np.zeros((levels, _S, _S)),
+        np.zeros(_S),
+        np.zeros(levels),
+        np.zeros((levels, q)),
+        np.zeros((levels, _S)),
+        np.zeros(_S),
+        np.zeros((q, _S)),
+        np.zeros((_S, _S)),
+    )
+    sums = _Sums(np.zeros((levels, q, q)), np.zeros(levels), np.zeros((levels - 1, levels - 1)))
+    f.P[:, _D, _D] = noise.first[:, _D]
     side = -1  # of the stretch under way; -1 outside of one
     for k in range(n):
         now = -1 if direction[k] == 0 else (0 if direction[k] > 0 else 1)
         fresh = now >= 0 and now != side
-        jump = now >= 0 and jumps[k]
+        jump = now >= 0 and record.jumps[k]
         if now != side or jump:
-            for i in range(_S):
-                if i > _D or (i < _D and now != side):
-                    Z[:, :, i] = 0.0
-                    P[:, i] = 0.0
-                    P[:, :, i] = 0.0
-                    P[:, i, i] = first[:, i]
+            _start_anew(f, noise.first, now != side)
             if fresh:
-                Z[0, 0, 0] = measured[k, 0]
+                f.Z[0, 0, 0] = measured[k, 0]
             if fresh or jump:
-                Z[0, 0, _D + 1] = measured[k, 1]
+                f.Z[0, 0, _D + 1] = measured[k, 1]
             side = now
         if now < 0:
-            # d <- r d, P_dd <- r^2 P_dd + Q_dd
-            for a in range(1, levels):
-                P[a, _D, _D] = (
-                    r[0] * r[0] * P[a, _D, _D] + 2.0 * r[0] * r[a] * P[0, _D, _D] + Q[a, 0, _D, _D]
-                )
-                for j in range(deep):
-                    Z[a, j, _D] = r[0] * Z[a, j, _D] + r[a] * Z[0, j, _D]
-            P[0, _D, _D] = r[0] * r[0] * P[0, _D, _D] + Q[0, 0, _D, _D]
-            for j in range(q):
-                Z[0, j, _D] *= r[0]
+            _pass_without_slip(f, noise)
             continue
         for c in range(channels):
             if (fresh and c < 2) or (jump and c == 1):
                 continue
-            # Derivatives of the variance need the covariance before its update
-            for a in range(1, levels):
-                S[a] = R[a, c]
-                for i in range(_S):
-                    total = 0.0
-                    for j in range(_S):
-                        total += P[a, i, j] * H[c, j]
-                    PH[a, i] = total
-                    S[a] += H[c, i] * total
-            S[0] = update(H[c], R[0, c], P[0], K, _S)
-            logs[0] += np.log(S[0])
-            weight = 1.0 / S[0]
-            for a in range(levels):
-                for j in range(deep if a else q):
-                    total = measured[k, c] if a == 0 and j == 0 else 0.0
-                    for i in range(_S):
-                        total -= H[c, i] * Z[a, j, i]
-                        if j > 0:
-                            total -= dH[j - 1, c, i] * Z[a, 0, i]
-                    e[a, j] = total
-            for a in range(1, levels):
-                logs[a] += S[a] * weight
-                for i in range(_S):
-                    K_a[i] = (PH[a, i] - K[i] * S[a]) * weight
-                for i in range(_S):
-                    for j in range(i, _S):
-                        P[a, i, j] -= (K_a[i] * K[j] + K[i] * K_a[j]) * S[0] + (K[i] * K[j] * S[a])
-                        P[a, j, i] = P[a, i, j]
-                for j in range(deep):
-                    for i in range(_S):
-                        Z[a, j, i] += K_a[i] * e[0, j] + K[i] * e[a, j]
-            root = np.sqrt(S[0])
-            for j in range(q):
-                for i in range(_S):
-                    Z[0, j, i] += K[i] * e[0, j]
-                if rows.shape[0] > 0:
-                    rows[k, c, j] = e[0, j] / root if j == 0 else -e[0, j] / root
-                for i in range(j, q):
-                    gram[0, j, i] += e[0, j] * e[0, i] * weight
-            for a in range(1, levels):
-                for j in range(deep):
-                    for i in range(j, deep):
-                        gram[a, j, i] += (
-                            e[a, j] * e[0, i]
-                            + e[0, j] * e[a, i]
-                            - e[0, j] * e[0, i] * S[a] * weight
-                        ) * weight
-                for b in range(a, levels):
-                    both = 0.5 * S[a] * S[b] * weight + e[a, 0] * e[b, 0]
-                    information[a - 1, b - 1] += both * weight
-        for a in range(levels - 1, -1, -1):  # derivatives first: they need the values before
-            count = deep if a else q
-            for j in range(count):
-                for i in range(_S):
-                    total = 0.0 if a else G[side, j, i] + B[side, j, i] * known[k]
-                    for g in range(i, _S):  # the transition is upper triangular
-                        total += A[side, i, g] * Z[a, j, g]
-                        if j > 0:
-                            total += dA[side, j - 1, i, g] * Z[a, 0, g]
-                    moved[j, i] = total
-            for j in range(count):
-                if a:
-                    moved[j, _D] += r[a] * Z[0, j, _D]
-                for i in range(_S):
-                    Z[a, j, i] = moved[j, i]
-        for c in range(loads.shape[1]):
-            for i in range(_S):
-                Z[0, q - loads.shape[1] + c, i] -= B[side, 0, i] * loads[k, c]
-        for a in range(levels - 1, -1, -1):
-            predict(A[side], Q[a, side], P[a], work, _S, 1.0, True)
-            if a and r[a] != 0.0:  # the only entry of the transition that a level changes
-                for i in range(_S):
-                    total = 0.0
-                    for g in range(i, _S):
-                        total += A[side, i, g] * P[0, g, _D]
-                    total *= r[a]
-                    P[a, i, _D] += total
-                    P[a, _D, i] += total
-    return gram, logs, information
+            _compare(f, noise.R, c, measured[k, c])
+            _correct(f)
+            _add(sums, f)
+            if rows.shape[0] > 0:
+                root = np.sqrt(f.S[0])
+                for j in range(q):
+                    rows[k, c, j] = f.e[0, j] / root if j == 0 else -f.e[0, j] / root
+        _move(f, model, noise, side, known[k], record.loads[k])
+    return sums.gram, sums.logs, sums.information

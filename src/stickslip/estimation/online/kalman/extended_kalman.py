@@ -45,7 +45,7 @@ _FIRST_FORCE = 0.1
 information from the first samples; too small a value makes them count too much."""
 _ROUNDING = 1e-7  # noise that is taken for none, over the range of what is measured
 _LEAST_DISTURBANCE = 1e-6  # of the rms effort
-_BISECTIONS = 12
+_BISECTIONS = 12  # of 14 in the logarithm: the force noise to 0.3 %
 _CHANNELS = 3  # effort, position and velocity of each sample that is kept
 _INCONSISTENT = 1.5
 """Mean squared innovation over its variance beyond which the filter is too sure of itself."""

@@ -66,7 +66,7 @@ _REAL_FUNCTIONS: dict[Any, str] = {
 _TESTS: dict[Any, str] = {
     np.isnan: "is_nan", math.isnan: "is_nan", np.isfinite: "is_finite", np.isinf: "is_infinite"
 }  # fmt: skip
-_LARGEST_POWER = 8
+_LARGEST_POWER = 8  # exponent for which the generated code has a function
 
 
 class Expressions(ABC):

@@ -43,8 +43,8 @@ from stickslip.export.c.translator.types import (
 )
 from stickslip.export.c.translator.values import Value, constant
 
-_PASSES = 6
-_WIDTH = 100
+_PASSES = 6  # over a function until its types are settled
+_WIDTH = 100  # characters a line
 
 
 @dataclass
