@@ -17,6 +17,7 @@ from stickslip.estimation.selection.intervals.rival_law import (
     rival_shifts,
 )
 from stickslip.estimation.selection.model_rows import model_rows
+from stickslip.estimation.selection.terms import two_thirds_term
 from stickslip.records import AxisLog, Status
 
 
@@ -75,6 +76,16 @@ def test_weight_of_the_other_law_is_that_of_a_fit_of_both() -> None:
     both, *_ = np.linalg.lstsq(np.column_stack(columns), log.effort, rcond=None)
     other, *_ = np.linalg.lstsq(np.column_stack(columns[:-1]), log.effort, rcond=None)
     assert rival.weight == pytest.approx(both[0] / other[0], abs=rival.std)
+
+
+def test_windows_at_one_place_have_no_friction_along_the_travel() -> None:
+    """Their travel is zero, over which places would be divided."""
+    model = PLAIN_ONLY.details(log_of()).model
+    assert model is not None
+    rows = replace(model.rows, position=np.full_like(model.rows.position, 0.3))
+    rivals = rival_laws(replace(model, rows=rows), [two_thirds_term()])
+    assert all("travel" not in rival.law for rival in rivals)
+    assert all(np.isfinite(rival.weight) for rival in rivals)
 
 
 @pytest.mark.parametrize(

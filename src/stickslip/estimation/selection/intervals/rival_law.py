@@ -128,7 +128,7 @@ def rival_laws(
             found += [_rival(model, start, power, words, tuning) for power in powers]
         elif len(bends) == len(names):
             found.append(_rival(model, start, bends, words, tuning))
-    if nonlinear:
+    if nonlinear and np.ptp(model.rows.position) > 0.0:
         words = "friction that varies along the travel"
         found.append(_rival(model, model, [travel_term(model.rows.position)], words, tuning))
     gravity = [term for term in terms if term.name == "gravity"]
