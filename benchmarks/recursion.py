@@ -149,7 +149,7 @@ def _stepped_through(
     return values
 
 
-def _report_estimator(parameters: int) -> PublishedEnergyEstimator:
+def _published_estimator(parameters: int) -> PublishedEnergyEstimator:
     return PublishedEnergyEstimator(
         inertia=surrogate.MASS_1,
         load_inertia=surrogate.MASS_2,
@@ -177,8 +177,8 @@ def compare_recursion(progress: Progress, parameters: int, *, repetitions: int =
     rls = RecursiveLeastSquares()
     first = rls.init(initial_values=[0.0] * p, initial_variance=INITIAL_VARIANCE)
     pairs = list(zip(list(problem.rows), problem.targets.tolist(), strict=True))
-    report = _report_estimator(parameters)
-    at_rest = report.init(sampling_time=surrogate.SAMPLING_TIME)
+    published = _published_estimator(parameters)
+    at_rest = published.init(sampling_time=surrogate.SAMPLING_TIME)
     ours: list[tuple[str, Callable[[], Values]]] = [
         (
             "RecursiveLeastSquares.run",
@@ -187,11 +187,11 @@ def compare_recursion(progress: Progress, parameters: int, *, repetitions: int =
         ("RecursiveLeastSquares.step, from Python", partial(_stepped, rls, first, pairs)),
         (
             "PublishedEnergyEstimator.run, from samples",
-            lambda: report.run(at_rest, problem.log)[1][-1],
+            lambda: published.run(at_rest, problem.log)[1][-1],
         ),
         (
             "PublishedEnergyEstimator.step, from Python",
-            partial(_stepped_through, report, at_rest, problem.samples),
+            partial(_stepped_through, published, at_rest, problem.samples),
         ),
     ]
     others: list[tuple[str, Callable[[Any, Any], Values]]] = [
@@ -253,7 +253,7 @@ def compare_samples(progress: Progress, *, repetitions: int = 20) -> Comparison:
         inertia=surrogate.MASS_1, load_inertia=surrogate.MASS_2, stiffness=surrogate.STIFFNESS
     )
     sought = replace(known, inertia=None)
-    report = _report_estimator(2)
+    published = _published_estimator(2)
     T = surrogate.SAMPLING_TIME
 
     def off(coulomb_at: int) -> Callable[[Values], float]:
@@ -261,7 +261,7 @@ def compare_samples(progress: Progress, *, repetitions: int = 20) -> Comparison:
 
     rows = Rows(progress, "samples", total=6)
     for name, estimator, names in (
-        ("report's", report, report.parameter_names("linear")),
+        ("published", published, published.parameter_names("linear")),
         ("energy, masses known", known, known.parameter_names("linear")),
         ("energy, driven mass sought", sought, sought.parameter_names("linear")),
     ):

@@ -1,6 +1,6 @@
 """Files are written whole or not at all, and a place that cannot be written is found beforehand.
 
-A leaf beside the packages, which write pages, logs, saved results and exports by it.
+A leaf beside the packages, which write pages, logs, saved results and exports through it.
 """
 
 import contextlib

@@ -285,7 +285,7 @@ def _coupling(plant: Plant, stretch: float, rate: float) -> float:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _friction(plant: Plant, share: float, scale: float, excess: float) -> _Friction:
-    """Return the share of Coulomb and viscous friction that acts on a body, as it has drifted."""
+    """Return the drifted friction on a body: a share of Coulomb and viscous, all other friction."""
     both = share * scale
     return _Friction(
         both * plant.coulomb_positive,

@@ -109,10 +109,12 @@ def known(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) 
     rows = []
     for sampling_time in sampling_times:
         for ratio in track(ratios, transient=True):
-            generator = np.random.default_rng(_SEED)
+            generator = np.random.default_rng([_SEED, 1])
             drawn = axes(count, _SEED, method="precise", sampling_time=sampling_time, ratio=ratio)
             shortest = np.array([shortest_time(axis) for axis in drawn])
             moved = [move_axis(_known(axis, generator), AXIS_CASES[0]) for axis in drawn]
+            if any(o.raised or o.false or not o.peak <= 1.0 + 1e-9 for o in moved):
+                raise RuntimeError(f"a move at {sampling_time:g} s and {ratio:g} is wrong")
             late = np.nan_to_num([o.settling[0] for o in moved], nan=np.inf) / shortest
             whole = np.ceil(shortest / sampling_time) * sampling_time / shortest
             rows.append(

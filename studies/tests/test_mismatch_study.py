@@ -82,3 +82,11 @@ def test_two_terms_that_hide_each_other_are_found_together(seed: int) -> None:
 def test_noise_of_the_position_is_no_term_of_a_sinusoidal_motion(seed: int) -> None:
     run = judge_run("sine", seed, {})
     assert (run["status"], run["model"]) == ("ok", "")
+
+
+@pytest.mark.parametrize("seed", [13, 40, 56, 59, 67])
+def test_a_log_that_does_not_show_when_the_effort_acts_is_none_of_means(seed: int) -> None:
+    """The controller of these steps is four times as fast as the log."""
+    run = judge_run("steps_rate", seed, {})
+    assert not any("taken for" in note for note in run["notes"])
+    assert not run["critical"]

@@ -16,7 +16,7 @@ SAME = 1e-8
 AFTER_A_REST = 0.01
 """Relative: 50 rows of noise are remembered, 1e-3 of the size of a row each. Found was 1.3e-3."""
 
-RESOLVED = {"report's": 0.05, "energy, masses known": 0.001, "energy, driven mass sought": 0.03}
+RESOLVED = {"published": 0.05, "energy, masses known": 0.001, "energy, driven mass sought": 0.03}
 """Error of the Coulomb friction [N] in one log, three times what was found or more."""
 
 

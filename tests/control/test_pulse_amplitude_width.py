@@ -23,7 +23,7 @@ from stickslip.simulation import Sensors
 T = 0.01
 FULL = 300.0
 IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
-REPORT = PulseAmplitudeWidthController.from_friction(  # mass known, friction guessed at 0.8 f_c
+PUBLISHED = PulseAmplitudeWidthController.from_friction(  # mass known, friction guessed at 0.8 f_c
     mass=150.0,
     coulomb_friction=80.0,
     pulse_effort=FULL,
@@ -32,7 +32,7 @@ REPORT = PulseAmplitudeWidthController.from_friction(  # mass known, friction gu
     tolerance=2e-5,
     rest=IDEAL,
 )
-BOUNDED = replace(REPORT, longest_width=0.03)
+BOUNDED = replace(PUBLISHED, longest_width=0.03)
 TRUE_GAIN = 2.0  # b of Table 1 [m/s^2]
 ROUNDING = 1e-12  # relative, of a closed form
 CANCELLED = 1e-6  # relative; the reference loses nine digits of P from the first pulse, at 1e5
@@ -51,7 +51,7 @@ def gains(run):
 
 
 def test_the_first_guess_is_that_of_the_source():
-    estimates = REPORT.estimates(REPORT.init())
+    estimates = PUBLISHED.estimates(PUBLISHED.init())
     assert estimates["pulse_gain"] == pytest.approx(1.375 * TRUE_GAIN, rel=ROUNDING)
     assert estimates["coulomb_friction"] == pytest.approx(80.0, rel=ROUNDING)
 
@@ -70,7 +70,7 @@ def test_with_bounded_widths_it_arrives_from_one_side(consecutive_runs):
 
 
 def test_with_unbounded_widths_it_can_cycle_just_outside_the_tolerance(consecutive_runs):
-    runs = consecutive_runs(REPORT, 10)
+    runs = consecutive_runs(PUBLISHED, 10)
     assert runs[0].outcome is PositioningOutcome.REACHED
     assert runs[-1].outcome is PositioningOutcome.MOVING
     last = [pulse.error for pulse in runs[-1].pulses[-4:]]
@@ -108,7 +108,7 @@ def test_the_trimmed_effort_is_the_root_of_equation_15(f_p, share, samples, part
 
 @pytest.mark.parametrize("longest", [None, 0.03])
 def test_the_trimmed_pulse_is_expected_to_do_what_the_error_asks_for(consecutive_runs, longest):
-    controller = replace(REPORT, longest_width=longest, gain=0.9)
+    controller = replace(PUBLISHED, longest_width=longest, gain=0.9)
     (run,) = consecutive_runs(controller, 1)
     u, _ = table(run)
     predicted = np.sum(u * gains(run)[:-1], axis=1)
@@ -127,7 +127,7 @@ def test_the_recursion_is_that_of_an_adaptive_filter(consecutive_runs, variance,
         warnings.simplefilter("ignore")  # its docstrings hold escapes that Python warns of
         filters = importlib.import_module("padasip.filters")
     rls = filters.FilterRLS(
-        n=2, mu=forgetting, eps=1.0 / variance, w=[REPORT.first_gain_1, REPORT.first_gain_2]
+        n=2, mu=forgetting, eps=1.0 / variance, w=[PUBLISHED.first_gain_1, PUBLISHED.first_gain_2]
     )
     found = gains(run)
     for k, (u, d) in enumerate(zip(*table(run), strict=True)):
@@ -141,7 +141,7 @@ def test_the_recursion_is_that_of_an_adaptive_filter(consecutive_runs, variance,
 def test_the_recursion_is_least_squares_around_the_first_guess(consecutive_runs, variance):
     runs = consecutive_runs(replace(BOUNDED, initial_covariance=variance), 3)  # learn as one
     u, d = (np.concatenate(parts) for parts in zip(*map(table, runs), strict=True))
-    first = np.array([REPORT.first_gain_1, REPORT.first_gain_2])
+    first = np.array([PUBLISHED.first_gain_1, PUBLISHED.first_gain_2])
     # min ||d - u a||^2 + ||a - a(0)||^2 / P(0)
     prior = math.sqrt(1.0 / variance)
     rows = np.vstack((u, prior * np.eye(2)))
@@ -154,7 +154,7 @@ def test_from_the_nominal_pulse_only_one_combination_is_learned(consecutive_runs
     changes = {}
     for regressor in ("nominal", "applied"):
         controller = replace(
-            REPORT, regressor=regressor, initial_covariance=1e5, friction_margin=None
+            PUBLISHED, regressor=regressor, initial_covariance=1e5, friction_margin=None
         )
         (run,) = consecutive_runs(controller, 1)
         P = controller.learned(run.run.controller_state).covariance
@@ -281,7 +281,7 @@ def test_a_pulse_below_breakaway_is_repeated_up_to_max_idle_pulses():
             coulomb_friction=100.0, static_friction=250.0, viscous_friction=700.0
         ),
     )
-    controller = replace(REPORT, target=1e-4)
+    controller = replace(PUBLISHED, target=1e-4)
     patient = run_pulses(plant, controller, sampling_time=T, duration=1.0)
     assert patient.outcome is PositioningOutcome.STOPPED
     assert [pulse.moved for pulse in patient.pulses] == [False] * 3
@@ -326,11 +326,11 @@ def test_a_rotary_axis_is_controlled_alike(sliding_mass, consecutive_runs):
 
 
 def test_what_cannot_be_resumed_is_refused():
-    learned = REPORT.learned(REPORT.init())
+    learned = PUBLISHED.learned(PUBLISHED.init())
     with refuses("learned_lacks", name="gain_2"):
-        REPORT.resumed(replace(learned, values={"gain_1": 4e-5}))
+        PUBLISHED.resumed(replace(learned, values={"gain_1": 4e-5}))
     with refuses("first_guess_too_large", value=400.0, effort=300.0):
-        REPORT.resumed(replace(learned, values={"gain_1": 1e-5, "gain_2": 4e-3}))
+        PUBLISHED.resumed(replace(learned, values={"gain_1": 1e-5, "gain_2": 4e-3}))
 
 
 @pytest.mark.parametrize(
@@ -351,4 +351,4 @@ def test_what_cannot_be_resumed_is_refused():
 )
 def test_impossible_settings_are_refused(wrong, code, without_shape_checks):
     with refuses(code, of=wrong):
-        replace(REPORT, **wrong)
+        replace(PUBLISHED, **wrong)

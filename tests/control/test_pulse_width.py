@@ -15,7 +15,7 @@ from stickslip.records import PositioningOutcome
 
 T = 0.01
 IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
-REPORT = PulseWidthController.from_friction(  # its mass known, its friction guessed at 0.8 f_c
+PUBLISHED = PulseWidthController.from_friction(  # its mass known, its friction guessed at 0.8 f_c
     mass=150.0,
     coulomb_friction=80.0,
     pulse_effort=300.0,
@@ -50,11 +50,11 @@ def regressors(run, controller):
 
 
 def test_the_first_guess_is_that_of_the_source():
-    assert REPORT.first_gain == pytest.approx(1.375 * TRUE_GAIN, rel=1e-12)
+    assert PUBLISHED.first_gain == pytest.approx(1.375 * TRUE_GAIN, rel=1e-12)
 
 
 def test_it_cycles_for_ever_at_one_sample_and_after_ten_runs_at_two(consecutive_runs):
-    runs = consecutive_runs(REPORT, 10)
+    runs = consecutive_runs(PUBLISHED, 10)
     first, tenth = runs[0], runs[-1]
     assert cycle(first) == pytest.approx((0.114e-3, -0.072e-3), abs=LAST_DIGIT)
     assert cycle(tenth) == pytest.approx((0.275e-3, -0.419e-3), abs=LAST_DIGIT)
@@ -65,11 +65,11 @@ def test_it_cycles_for_ever_at_one_sample_and_after_ten_runs_at_two(consecutive_
 
 
 def test_with_bounded_widths_it_cycles_as_well_and_its_estimate_is_nearer(consecutive_runs):
-    bounded = consecutive_runs(replace(REPORT, longest_width=0.03), 10)[-1]
-    unbounded = consecutive_runs(REPORT, 10)[-1]
+    bounded = consecutive_runs(replace(PUBLISHED, longest_width=0.03), 10)[-1]
+    unbounded = consecutive_runs(PUBLISHED, 10)[-1]
     assert max(pulse.duration for pulse in bounded.pulses) <= 0.03 + 1e-12
     upper, lower = cycle(bounded)
-    assert lower < -REPORT.tolerance < REPORT.tolerance < upper
+    assert lower < -PUBLISHED.tolerance < PUBLISHED.tolerance < upper
     b_bounded, b_unbounded = (run.estimates["pulse_gain"][-1] for run in (bounded, unbounded))
     assert abs(b_bounded - TRUE_GAIN) < abs(b_unbounded - TRUE_GAIN)
 
@@ -82,7 +82,9 @@ def test_the_recursion_is_weighted_least_squares(consecutive_runs, regressor, fo
     With lambda_2 the recursion of Eqs. 12 and 13 multiplies the update by F alone, so that only
     for lambda_2 = 1 is it least squares; elsewhere it is compared with Eqs. 11-13 written out.
     """
-    controller = replace(REPORT, regressor=regressor, forgetting=forgetting, new_data_weight=weight)
+    controller = replace(
+        PUBLISHED, regressor=regressor, forgetting=forgetting, new_data_weight=weight
+    )
     (run,) = consecutive_runs(controller, 1)
     u = regressors(run, controller)
     d = np.array([pulse.achieved_displacement for pulse in run.pulses])
@@ -104,13 +106,13 @@ def test_the_recursion_is_weighted_least_squares(consecutive_runs, regressor, fo
 
 
 def test_runs_that_keep_the_covariance_learn_as_one(consecutive_runs):
-    runs = consecutive_runs(REPORT, 3)
-    u = np.concatenate([regressors(run, REPORT) for run in runs])
+    runs = consecutive_runs(PUBLISHED, 3)
+    u = np.concatenate([regressors(run, PUBLISHED) for run in runs])
     d = np.concatenate([[p.achieved_displacement for p in run.pulses] for run in runs])
-    prior = 1.0 / REPORT.initial_covariance
-    b = (prior * REPORT.first_gain + np.sum(u * d)) / (prior + np.sum(u * u))
+    prior = 1.0 / PUBLISHED.initial_covariance
+    b = (prior * PUBLISHED.first_gain + np.sum(u * d)) / (prior + np.sum(u * u))
     assert runs[-1].estimates["pulse_gain"][-1] == pytest.approx(b, rel=ROUNDING)
-    anew = consecutive_runs(REPORT, 3, keep_covariance=False)
+    anew = consecutive_runs(PUBLISHED, 3, keep_covariance=False)
     assert anew[-1].estimates["pulse_gain"][-1] != pytest.approx(b, rel=1e-3)
 
 
@@ -160,24 +162,24 @@ def test_on_any_axis_it_keeps_its_limits(error, mass, coulomb, excess, guess, ga
 
 
 def test_what_was_learned_is_resumed(consecutive_runs):
-    (run,) = consecutive_runs(REPORT, 1)
-    learned = REPORT.learned(run.run.controller_state)
-    resumed = REPORT.resumed(learned)
+    (run,) = consecutive_runs(PUBLISHED, 1)
+    learned = PUBLISHED.learned(run.run.controller_state)
+    resumed = PUBLISHED.resumed(learned)
     assert resumed.first_gain == run.estimates["pulse_gain"][-1]
-    assert resumed.initial_covariance < REPORT.initial_covariance
-    assert REPORT.resumed(learned, keep_covariance=False) == replace(
-        REPORT, first_gain=resumed.first_gain
+    assert resumed.initial_covariance < PUBLISHED.initial_covariance
+    assert PUBLISHED.resumed(learned, keep_covariance=False) == replace(
+        PUBLISHED, first_gain=resumed.first_gain
     )
 
 
 def test_what_cannot_be_resumed_is_refused():
-    learned = REPORT.learned(REPORT.init())
+    learned = PUBLISHED.learned(PUBLISHED.init())
     with refuses("learned_otherwise", own=300.0, needed=200.0):
-        replace(REPORT, pulse_effort=200.0).resumed(learned)
+        replace(PUBLISHED, pulse_effort=200.0).resumed(learned)
     with refuses("learned_lacks"):
-        REPORT.resumed(replace(learned, values={"effort": 300.0}))
+        PUBLISHED.resumed(replace(learned, values={"effort": 300.0}))
     with refuses("not_positive", value=-1.0):
-        REPORT.resumed(replace(learned, values={"effort": 300.0, "pulse_gain": -1.0}))
+        PUBLISHED.resumed(replace(learned, values={"effort": 300.0, "pulse_gain": -1.0}))
 
 
 @pytest.mark.parametrize(
@@ -200,7 +202,7 @@ def test_what_cannot_be_resumed_is_refused():
 )
 def test_impossible_settings_are_refused(wrong, code, without_shape_checks):
     with refuses(code, of=wrong):
-        replace(REPORT, **wrong)
+        replace(PUBLISHED, **wrong)
 
 
 @pytest.mark.parametrize(

@@ -84,10 +84,14 @@ def test_windows_at_one_place_have_no_friction_along_the_travel(
     """Their travel is zero, over which places would be divided."""
     model = PLAIN_ONLY.details(log_of()).model
     assert model is not None
-    monkeypatch.setitem(vars(model.rows), "position", np.full_like(model.rows.position, 0.3))
-    rivals = rival_laws(model, [two_thirds_term()])
-    assert all("travel" not in rival.law for rival in rivals)
-    assert all(np.isfinite(rival.weight) for rival in rivals)
+    place, along = np.linspace(0.0, 1.0, model.rows.position.size), "friction that varies"
+    for travel, known in ((0.0, False), (1e-10, False), (1e-8, True)):
+        monkeypatch.setitem(vars(model.rows), "position", 0.3 + travel * place)
+        rivals = rival_laws(model, [two_thirds_term()])
+        assert rivals
+        assert all(np.isfinite(rival.weight) for rival in rivals)
+        if not known:
+            assert not any(rival.law.startswith(along) for rival in rivals)
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,30 @@ def test_python_sees_and_changes_the_same_numbers() -> None:
     assert vector[0] == vector[1] == vector[-1] == 0.0
 
 
+def test_a_padded_dtype_has_the_same_places_in_kernels_and_in_python() -> None:
+    layout = {"names": ["gain", "inner"], "formats": ["f8", INNER], "offsets": [8, 24]}
+    padded = np.dtype({**layout, "itemsize": 96})
+    of_padded = fields_at(padded)
+
+    @compiled(cached=False)
+    def write(vector: Float[np.ndarray, " s"]) -> None:
+        of_padded(vector).inner.count = 7
+
+    vector = np.zeros(places(padded))
+    write(vector)
+    s = of_padded(vector)
+    s.gain = 0.5
+    assert s.inner.count == 7
+    np.testing.assert_array_equal(np.flatnonzero(vector), [1, 3])
+
+
+def test_a_name_that_a_record_lacks_is_no_attribute() -> None:
+    s = fields(np.zeros(SIZE))
+    assert not hasattr(s, "missing")
+    with pytest.raises(ValueError, match="missing"):
+        s.missing = 1.0
+
+
 def test_a_name_that_every_record_has_is_refused() -> None:
     with pytest.raises(ValueError, match="named size"):
         fields_at(np.dtype([("size", "f8")]))

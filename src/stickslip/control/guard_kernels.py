@@ -66,7 +66,7 @@ STATE = np.dtype(
         ("driven_x", "f8"),  # position at the first of them
         ("driven_by", "f8"),  # that effort
         ("wait", "i8"),  # samples that may show what an effort to the other side has done
-        ("strong", "i8"),  # samples in a row with a strong effort; `_ALIKE` more of the first ones
+        ("strong", "i8"),  # strong samples to one side less weak ones; `_ALIKE` before the first
         ("turning", "f8"),  # change of position in a sample, over the last clear way against it
         ("pushing", "i8"),  # samples in a row with nearly the largest effort and no motion
         ("pushing_from", "f8"),
@@ -189,8 +189,9 @@ def _falls(g: Any, x: float, v: float, rests: bool) -> bool:
 def _turns_away(g: Any, x: float) -> bool:
     """Return whether the first strong effort to one side accelerates the axis to the other.
 
-    Two mean speeds are compared, over times so long that such an acceleration exceeds the errors of
-    the positions, and in which the effort acts.
+    Two mean speeds are compared, over times so long that such an acceleration exceeds the likely
+    error of a position, and after so many strong samples that the effort has acted all the time,
+    behind a delay as well. The first strong effort begins at rest, and needs none before.
     """
     strong = abs(g.effort) >= _DRIVES * g.effort_limit
     if g.follows == 1 or not (strong or g.driven_by != 0.0):
@@ -200,7 +201,7 @@ def _turns_away(g: Any, x: float) -> bool:
         g.wait, g.strong = (0, _ALIKE) if g.driven_by == 0.0 else (_ALIKE, 0)
         g.driven_by = g.effort
         g.driven, g.turning, g.driven_x = 0, 0.0, x
-    g.strong = g.strong + 1 if strong else 0
+    g.strong = min(g.strong + 1, 2 * _ALIKE) if strong else max(g.strong - 1, 0)
     if g.wait > 0:
         g.wait -= 1
         g.driven_x = x

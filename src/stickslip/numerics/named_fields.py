@@ -19,7 +19,7 @@ _PLACE = 8  # bytes of a number in the vector
 
 
 class Record(np.void):
-    """A structure whose fields are attributes, in half the time of `numpy.record`."""
+    """A structure whose fields are attributes; faster than `numpy.record`."""
 
     __setattr__ = np.void.__setitem__
 
@@ -93,9 +93,10 @@ def _with_attributes(dtype: np.dtype[Any]) -> np.dtype[Any]:
         return np.dtype((_with_attributes(dtype.base), dtype.shape))
     if dtype.fields is None:
         return dtype
-    return np.dtype(
-        (Record, [(name, _with_attributes(field)) for name, (field, *_) in dtype.fields.items()])
-    )
+    fields = {name: (_with_attributes(field), at) for name, (field, at, *_) in dtype.fields.items()}
+    formats, offsets = zip(*fields.values(), strict=True)
+    layout = {"names": list(fields), "formats": list(formats), "offsets": list(offsets)}
+    return np.dtype((Record, {**layout, "itemsize": dtype.itemsize}))
 
 
 def _check(dtype: np.dtype[Any]) -> None:

@@ -18,7 +18,7 @@ GAP_RATIO = 3.5
 """A time step longer than this many typical ones is a gap and starts a new segment; up to three are
 jitter or a lost sample or two, of a bus or an operating system."""
 
-_MINIMUM_SAMPLES = 2  # two have a sampling time
+_MINIMUM_SAMPLES = 2  # fewest that have a sampling time
 _CHANNELS = (
     "effort",
     "measured_position",

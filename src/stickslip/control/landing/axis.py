@@ -203,7 +203,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         known = guess.coulomb_friction_positive
         static = coulomb * (guess.static_friction_positive / known if known > 0.0 else 1.0)
         highest = 0.99 * self.effort_limit - abs(guess.offset)
-        spread = sqrt(self._covariance(state)[0, 0]) / max(coulomb, 1e-300)
+        spread = sqrt(max(self._covariance(state)[0, 0], 0.0)) / max(coulomb, 1e-300)
         return ExactPulseController(
             kind=self.kind,
             sampling_time=self.sampling_time,

@@ -46,7 +46,9 @@ def kind_by_delay(
 ) -> PreparedLog:
     """Return a log with even time stamps, with the kind of effort that the delay shows.
 
-    Taken as held, a sampled effort acts half a sample before its time stamp, and a mean one.
+    Taken as held, a sampled effort acts half a sample before its time stamp, and a mean one a
+    sample. The kind remains held where the slope of the effort is nearly a combination of the other
+    columns: the delay then depends on missing terms.
     """
     T, fewest = held.sampling_time, tuning.fewest_samples
     if round(tuning.search.shortest_window / T) >= fewest:
@@ -55,9 +57,10 @@ def kind_by_delay(
     if half_width(motions, T, tuning.search) >= fewest:
         return held
     model = delayed(held, motions)
-    rows, delay = delayed_rows(model, model_rows(model, mass_name(log.kind))), model.rows.delay
-    if rows.own < tuning.intervals.similar_share:  # the delay then depends on missing terms
+    slope = delayed_rows(model, model_rows(model, mass_name(log.kind)))
+    if slope.independent < tuning.intervals.similar_share:
         return held
+    delay = model.rows.delay
     if abs(delay + 0.5) < tuning.kind_delay:
         found = replace(held, effort_kind="sampled")
     elif abs(delay + 1.0) < tuning.kind_delay:

@@ -14,7 +14,7 @@ from stickslip.records import InputError
 
 _MOST_COLUMNS = 100  # columns of one dataset: what has more is an image or a scan
 
-_DEEPEST = 20  # groups in each other
+_DEEPEST = 20  # levels of nested groups
 
 
 def read_hdf5(path: Path) -> Table:

@@ -18,7 +18,7 @@ _SUBSYSTEM = slice(116, 124)
 """Place in the header of version 5 of the offset of the objects; blank or zero without any."""
 
 _VERSION_73 = "a MATLAB 7.3 file"
-_DEEPEST = 20  # structures in each other
+_DEEPEST = 20  # levels of nested structures
 _DATA, _TIME = ("Data_", "Data"), ("Time_", "Time")
 _UNIFORM = ("Start", "Increment", "Length")
 _DATA_UNITS, _DATA_INFO, _TIME_INFO = "Units", "DataInfo", "TimeInfo"

@@ -273,7 +273,7 @@ def _halted(y: State) -> State:
 
 @compiled(inline=True)
 def _swung(omega: float, rem: float, y: State) -> State:
-    """Swing the second mass at its spring over what is left of a sample, the first at rest."""
+    """Swing the second mass on its spring over what is left of a sample, the first at rest."""
     x, v, d, w, z, xl, vl, dl, wl, zl = y
     half = math.sin(0.5 * omega * rem)
     cos_1 = -2.0 * half * half

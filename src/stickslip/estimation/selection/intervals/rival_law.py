@@ -82,6 +82,7 @@ class Rival:
         return self.explains_as_well and (self.load or self.explains_more)
 
 
+_ROUNDING = 1e-9  # of a position: a shorter travel is none [-]
 _LARGER = 2.0  # standard errors [-], of the weight of a law with more parameters
 
 _GRAVITY = (
@@ -128,9 +129,10 @@ def rival_laws(
             found += [_rival(model, start, power, words, tuning) for power in powers]
         elif len(bends) == len(names):
             found.append(_rival(model, start, bends, words, tuning))
-    if nonlinear and np.ptp(model.rows.position) > 0.0:
+    place = model.rows.position
+    if nonlinear and np.ptp(place) > _ROUNDING * np.max(np.abs(place)):
         words = "friction that varies along the travel"
-        found.append(_rival(model, model, [travel_term(model.rows.position)], words, tuning))
+        found.append(_rival(model, model, [travel_term(place)], words, tuning))
     gravity = [term for term in terms if term.name == "gravity"]
     if gravity and "spring" in model.names and "gravity" not in model.names:
         start = replace(

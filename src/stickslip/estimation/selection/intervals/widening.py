@@ -122,22 +122,23 @@ def between_moves(
 
 @dataclass(frozen=True, kw_only=True)
 class DelayedRows:
-    """Rows with a column of the delay, and what it has in common with the others."""
+    """Rows with a column of the delay, and its dependence on the others."""
 
     rows: ModelRows
     place: int  #: Of the column.
-    change: Float[np.ndarray, " p"]  #: Of the other parameters by the delay 1 [SI, or a sample].
-    own: float  #: Share of the column that is no combination of the others [-].
+    #: Change of the other parameters per unit of the delay [SI per s, or per sample].
+    change: Float[np.ndarray, " p"]
+    independent: float  #: Share of the column that no combination of the others explains [-].
 
 
 def delayed_rows(model: Model, rows: ModelRows) -> DelayedRows:
-    """Return the rows with the delay of the model, or with one that it has not [samples]."""
+    """Return rows with a column of the delay: that of the model [s], or an added one [samples]."""
     delayed = rows if DELAY in model.names else rows.with_column("effort_delay", model.effort_slope)
     place = delayed.names.index("effort_delay")
     slope, others = delayed.columns[:, place], np.delete(delayed.columns, place, axis=1)
     change = least_squares(others, slope)
-    own = float(np.linalg.norm(slope - others @ change) / max(np.linalg.norm(slope), _TINY))
-    return DelayedRows(rows=delayed, place=place, change=change, own=own)
+    independent = np.linalg.norm(slope - others @ change) / max(np.linalg.norm(slope), _TINY)
+    return DelayedRows(rows=delayed, place=place, change=change, independent=float(independent))
 
 
 def of_unknown_delay(
@@ -163,10 +164,10 @@ def of_unknown_delay(
     delayed = delayed_rows(model, rows)
     place, change = delayed.place, delayed.change
     delay, std = 0.0, np.inf
-    if delayed.own > _EXACT:
+    if delayed.independent > _EXACT:
         values, stds = delayed.rows.fitted()
         delay, std = float(values[place]) / T, float(stds[place]) / T
-    similar = delayed.own < tuning.similar_share
+    similar = delayed.independent < tuning.similar_share
     if not similar and (selected or std < tuning.certain_delay):
         lag = model.elastic_lag / model.rows.weight.sampling_time
         return None if selected or lag == 0.0 else min(abs(delay), lag) * change

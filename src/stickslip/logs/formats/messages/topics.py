@@ -13,7 +13,7 @@ from stickslip.records import InputError
 _LARGEST_ARRAY = 100
 """Numbers in an array whose columns are listed: a longer one is an image or a scan."""
 
-_DEEPEST = 10  # messages in each other
+_DEEPEST = 10  # levels of nested messages
 _AT_ONCE = 5_000  # messages that are kept as they are before their numbers are copied
 
 _CARRIERS = frozenset({"values", "value", "data", "interface_values"})
