@@ -8,6 +8,7 @@ places (`python -m benchmarks pulses`).
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numba
@@ -70,11 +71,9 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
 
         return record(vector), address
 
-    with_attributes = _with_attributes(dtype)
-
     # The export to C reads dtype and start from the function
     def fields(vector: Float[np.ndarray, " s"]) -> Any:
-        return np.ndarray(1, with_attributes, vector, _PLACE * start)[0]
+        return np.ndarray(1, _with_attributes(dtype), vector, _PLACE * start)[0]
 
     # Numba compares the signatures of both, which therefore have no annotations
     def typed(vector):  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]
@@ -87,6 +86,7 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
     return fields
 
 
+@cache
 def _with_attributes(dtype: np.dtype[Any]) -> np.dtype[Any]:
     """Return a dtype of the same layout, whose structures are records."""
     if dtype.subdtype is not None:
