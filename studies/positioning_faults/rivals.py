@@ -7,16 +7,18 @@ import argparse
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 from rich.progress import track
 from scipy.integrate import quad
 
 from studies.markdown import table
 from studies.mismatch.plant import FINE_STEP, HeldPlant
 from studies.positioning_faults.cases import AXIS_CASES, Case
-from studies.positioning_faults.run import PUSHED, Axis, axes, move_axis
+from studies.positioning_faults.run import PUSHED, Axis, Outcome, axes, move_axis
 
 _METHODS = ("precise", "exact", "profile")
 _UNKNOWN = "precise, no guess"
@@ -44,25 +46,38 @@ def shortest_time(axis: Axis) -> float:
     return parts(low)[0]
 
 
-def _judged(drawn: Sequence[Axis], shortest: Sequence[float], case: Case) -> str:
+def _unsafe(outcomes: Sequence[Outcome]) -> bool:
+    """Return whether a controller raised an error, or sent an effort above its limit."""
+    return any(o.raised or not o.peak <= 1.0 + 1e-9 for o in outcomes)
+
+
+def _quantiles(
+    outcomes: Sequence[Outcome], shortest: Float[np.ndarray, " axes"]
+) -> tuple[float, float]:
+    """Return the median and the 90 % quantile of the settling times, over the shortest.
+
+    An axis that does not settle is later than all others.
+    """
+    times = np.nan_to_num([o.settling[0] for o in outcomes], nan=np.inf) / shortest
+    median, most = np.quantile(times, [0.5, 0.9], method="higher")
+    return float(median), float(most)
+
+
+def _judged(drawn: Sequence[Axis], shortest: Float[np.ndarray, " axes"], case: Case) -> str:
     """Return how many end within the tolerance, the median and the 90 % time, wrong outcomes."""
     outcomes = [move_axis(axis, case) for axis in drawn]
-    if any(o.raised or not o.peak <= 1.0 + 1e-9 for o in outcomes):
+    if _unsafe(outcomes):
         return "error"
-    times = np.array([o.settling[0] for o in outcomes]) / shortest
-    inside = np.isfinite(times)
-    # An axis that does not settle is later than all others
-    late = np.where(inside, times, np.inf)
     if not case.mild:
         reasons = Counter(
             reason.split(": ")[0] for o in outcomes for reason in o.why if reason
         ).most_common(1)
         return f"{reasons[0][1]}: {reasons[0][0]}" if reasons else "no reason"
-    median, most = np.quantile(late, [0.5, 0.9], method="higher")
     wrong = sum(o.false for o in outcomes)
     errors = f", {wrong} wrong" if wrong else ""
-    shown = [f"{x:.1f}" if np.isfinite(x) else "–" for x in (median, most)]
-    return f"{inside.sum()}: {shown[0]} ({shown[1]}){errors}"
+    inside = sum(isfinite(o.settling[0]) for o in outcomes)
+    shown = [f"{x:.1f}" if isfinite(x) else "–" for x in _quantiles(outcomes, shortest)]
+    return f"{inside}: {shown[0]} ({shown[1]}){errors}"
 
 
 def _unheld(axis: Axis, case: Case) -> bool:
@@ -113,9 +128,9 @@ def known(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) 
             drawn = axes(count, _SEED, method="precise", sampling_time=sampling_time, ratio=ratio)
             shortest = np.array([shortest_time(axis) for axis in drawn])
             moved = [move_axis(_known(axis, generator), AXIS_CASES[0]) for axis in drawn]
-            if any(o.raised or o.false or not o.peak <= 1.0 + 1e-9 for o in moved):
+            if _unsafe(moved) or any(o.false for o in moved):
                 raise RuntimeError(f"a move at {sampling_time:g} s and {ratio:g} is wrong")
-            late = np.nan_to_num([o.settling[0] for o in moved], nan=np.inf) / shortest
+            median, most = _quantiles(moved, shortest)
             whole = np.ceil(shortest / sampling_time) * sampling_time / shortest
             rows.append(
                 [
@@ -123,8 +138,8 @@ def known(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) 
                     f"{ratio:g}",
                     f"{np.median(shortest / sampling_time):.1f}",
                     f"{np.median(whole):.2f}",
-                    f"{np.quantile(late, 0.5, method='higher'):.2f}",
-                    f"{np.quantile(late, 0.9, method='higher'):.2f}",
+                    f"{median:.2f}",
+                    f"{most:.2f}",
                 ]
             )
     names = ["sampling time", "limit over friction", "shortest time [samples]"]
@@ -137,7 +152,7 @@ def study(count: int, sampling_time: float, ratio: float) -> str:
         method: axes(count, _SEED, method=method, sampling_time=sampling_time, ratio=ratio)
         for method in _METHODS
     }
-    shortest = [shortest_time(axis) for axis in by_method["precise"]]
+    shortest = np.array([shortest_time(axis) for axis in by_method["precise"]])
     by_method[_UNKNOWN] = [_unguessed(axis) for axis in by_method["precise"]]
     rows, stopped = (
         [

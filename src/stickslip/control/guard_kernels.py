@@ -67,6 +67,7 @@ STATE = np.dtype(
         ("driven_by", "f8"),  # that effort
         ("wait", "i8"),  # samples that may show what an effort to the other side has done
         ("strong", "i8"),  # strong samples to one side less weak ones; `_ALIKE` before the first
+        ("weak", "i8"),  # weak ones in a row
         ("turning", "f8"),  # change of position in a sample, over the last clear way against it
         ("pushing", "i8"),  # samples in a row with nearly the largest effort and no motion
         ("pushing_from", "f8"),
@@ -202,6 +203,10 @@ def _turns_away(g: Any, x: float) -> bool:
         g.driven_by = g.effort
         g.driven, g.turning, g.driven_x = 0, 0.0, x
     g.strong = min(g.strong + 1, 2 * _ALIKE) if strong else max(g.strong - 1, 0)
+    g.weak = 0 if strong else g.weak + 1
+    if g.weak > 1:  # a load that the effort has held may move the axis now
+        g.strong, g.driven, g.turning, g.driven_x = 0, 0, 0.0, x
+        return False
     if g.wait > 0:
         g.wait -= 1
         g.driven_x = x
@@ -430,7 +435,7 @@ def _plan(g: Any, slower: float) -> None:
     back, by an effort that grows while it rests.
     """
     x, v, T = g.x, g.v, g.period
-    if g.quiet == 0:
+    if g.quiet < _RESTED:  # both where noise shows a motion and where it does not
         load = (_mass(g) * (v - g.braked_v) - g.impulse) / g.efforts_time
         g.hold -= min(_LEARNS * g.efforts_time / T, 1.0) / slower * (load + g.hold)
     most = g.effort_limit
@@ -475,13 +480,14 @@ def _brake(g: Any) -> float:
         g.released, g.anchored, g.kept = 0, 0, 1
         g.fault = LOAD if g.gravity == 1 else g.fault
     slower = _slower(g)
-    if g.anchored == 0:
+    begins = g.anchored == 0
+    if begins:
         _begin_braking(g)
-    else:
-        _plan(g, slower)
-    speed, g.braked_v, g.impulse, g.efforts_time = abs(g.braked_v), v, 0.0, 0.0
     slow = abs(v) <= _SLOW * g.braking * g.period + g.velocity_resolution + g.resolution / g.period
     g.quiet = g.quiet + 1 if slow and abs(x - g.quiet_x) <= g.resolution else 0
+    if not begins:
+        _plan(g, slower)
+    speed, g.braked_v, g.impulse, g.efforts_time = abs(g.braked_v), v, 0.0, 0.0
     if g.quiet == 0:
         g.quiet_x = x
     elif g.quiet >= _RESTED and g.turns > _TURNS and g.low <= x <= g.high:

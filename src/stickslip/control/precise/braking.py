@@ -43,6 +43,7 @@ _WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 _SAMPLES = 3  # the shortest braking
 _SWING = 0.03  # time of the mean speed of an axis that vibrates [s]: two periods of 65 Hz
 _EXPLAINS = 100.0  # mean squared innovation over its variance, below which an impulse says much
+_FALLS = 0.06  # time to one side [s]: half a period of 8 Hz
 _FAR = 0.2  # of the way of a move: an axis that goes so far after a braking is braked at once
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
@@ -53,7 +54,7 @@ RELEASES = 2  # times an axis is let go until what moves it again is a load
 _SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
-_VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
+VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
 STRONGEST_PUSH = 1.2  # of the effort limit: a push
 _GAIN = 0.8  # of the speed is taken away in a sample of a push
 _NOISY = 0.2  # of the effort limit: that of an error of the speed; a larger one lowers the gain
@@ -81,6 +82,12 @@ def remember(p: Any, x: float) -> None:
     for k in range(KEPT - 1, 0, -1):
         p.past[k] = p.past[k - 1]
     p.past[0] = x
+    forward = 1 if p.ahead == 1 else -1
+    p.one_way += 1
+    if p.past_count == 0 or forward * (x - p.farthest) > 0.0:
+        p.farthest = x
+    elif forward * (x - p.farthest) < -VISIBLE * p.noise:
+        p.farthest, p.ahead, p.one_way = x, 1 - p.ahead, 0
     p.past_count = min(p.past_count + 1, KEPT)
     acted = p.past_count < PAST
     for k in range(min(math.ceil(delay_of(p.best) + lag_of(p.best)) + PAST, HISTORY)):
@@ -133,7 +140,7 @@ def _by_impulse(p: Any) -> tuple[float, float]:
 @compiled()
 def _stands(p: Any) -> bool:
     """Return whether an axis that is held shows no motion since it came to rest."""
-    seen = _VISIBLE * p.noise
+    seen = VISIBLE * p.noise
     still = abs(p.past[0] - p.past[PAST - 1]) <= seen
     still = still and (p.quiet == 0 or abs(p.past[0] - p.stood) <= seen)
     if p.quiet == 0:
@@ -155,20 +162,32 @@ def _runs(p: Any, m: float, F: float, v: float) -> bool:
 
 
 @compiled()
+def _swings(p: Any) -> bool:
+    """Return whether efforts have made an axis swing that is not under a load."""
+    swings = (p.holds >= _HOLDS and p.sided == 0) or (p.fast == 1 and p.turns > _TURNS)
+    return swings and p.held == 0
+
+
+@compiled()
+def falls(p: Any, target: float) -> bool:
+    """Return whether a load drives an axis that has swung: it coasts longer than a swing lasts."""
+    return _swings(p) and coasts(p, target)
+
+
+@compiled()
 def coasts(p: Any, target: float) -> bool:
     """Return whether an axis without effort goes on from its target, and friction hardly stops it.
 
     From the speed v_0 to v over a way d it has been slowed by a = (v_0^2 - v^2)/(2 d), and would go
-    on by v^2/(2 a).
+    on by v^2/(2 a). One that swings is taken to do so if it has not turned round for `_FALLS`.
     """
+    if _swings(p) and p.one_way * p.period < _FALLS:
+        return False
     d, way = abs(p.past[0] - p.free_x), p.past[0] - p.past[PAST - 1]
     away = (p.past[0] - target) * way > 0.0
     error = _UNSURE * math.sqrt(2.0 * variance_of(p)) / ((PAST - 1) * p.period)
     least = max(abs(way) / ((PAST - 1) * p.period) - error, 0.0)
     slowed = (p.free_v + error) ** 2 - least * least
-    swings = (p.holds >= _HOLDS and p.sided == 0) or (p.fast == 1 and p.turns > _TURNS)
-    if swings and p.held == 0:
-        return False
     most = _FARTHER * _harmless(p)
     far = d > most and abs(p.past[0] - target) > most
     for k in range(PAST - 1):  # a glitch is one step
@@ -186,8 +205,8 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     """
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = abs(new) >= abs(old) and old * new > _SURE * new * new
-    faster = faster and abs(new + old) > _VISIBLE * p.noise
-    jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
+    faster = faster and abs(new + old) > VISIBLE * p.noise
+    jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= STRONGEST_PUSH * p.limit * p.period * p.period
     steady = p.shaken == 0 and p.swung == 0 and (p.fast == 0 or p.turns <= _TURNS)
     may = (p.held > 0 and p.swung == 0) or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
@@ -293,6 +312,13 @@ def start_holding_moving(p: Any, m: float) -> None:
 
 
 @compiled()
+def start_letting_go(p: Any, effort: float) -> None:
+    """Lower an effort that has not moved the axis: it may hold a load."""
+    _start_holding(p, p.past[0])
+    p.brake = effort
+
+
+@compiled()
 def _held(p: Any, u: float) -> float:
     """Hold by an effort; what needs it for long is a load."""
     p.brake = min(max(u, -p.limit), p.limit)
@@ -306,11 +332,11 @@ def _held(p: Any, u: float) -> float:
 
 @compiled()
 def _delay(p: Any) -> float:
-    """Return delay and lag in samples: those of the last move, if the law explains it.
+    """Return delay and lag in samples: those of the last move, if it shows them.
 
     They are limited to the commands that are kept.
     """
-    if p.known or unexplained(p):
+    if p.known or p.seen == 0 or unexplained(p):
         return min(p.delay + p.lag, HISTORY - 2.0)
     return delay_of(p.best) + lag_of(p.best)
 
@@ -384,10 +410,27 @@ def speed_now(p: Any, m: float, F: float, n: int) -> float:
 
 
 @compiled()
+def _is_steady(p: Any) -> bool:
+    """Return whether nothing has shown a vibration."""
+    return p.shaken == 0 and p.holds == 0 and p.swung == 0
+
+
+@compiled()
+def _drives_on(p: Any, m: float, F: float) -> bool:
+    """Return whether an axis runs along the effort that should brake it, ever faster."""
+    new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
+    faster = p.brake * old > 0.0 and new * old >= old * old
+    return faster and abs(new + old) > VISIBLE * p.noise and _runs(p, m, F, new / p.period)
+
+
+@compiled()
 def brake(p: Any, m: float, F: float, measured: bool) -> float:
     """Return the effort until the next sample; the braking ends with `moving` 0."""
     if p.brake_left > 0:
         p.brake_left -= 1
+        if measured and _is_steady(p) and _drives_on(p, m, F):
+            start_holding_moving(p, m)
+            return hold(p, m, F, True)
         return p.brake
     if not measured:
         p.waited += 1
@@ -404,7 +447,7 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     if p.brakings >= _MOST or not (p.unslowed or _runs(p, m, F, v)):
         p.moving = 0
         return 0.0
-    steady = p.shaken == 0 and p.shakes == 0 and p.holds == 0 and p.swung == 0
+    steady = _is_steady(p) and p.shakes == 0
     if steady and p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed:
         p.held = max(p.held, 1)
         start_holding_moving(p, m)

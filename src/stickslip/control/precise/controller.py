@@ -20,6 +20,7 @@ from stickslip.control.precise.braking import (
     RELEASES,
     brake,
     coasts,
+    falls,
     hold,
     pushed,
     remember,
@@ -230,20 +231,22 @@ def _leaves_again(p: Any, s: Any, x: float) -> bool:
 def _react(p: Any, s: Any, own: Any, x: float) -> None:
     """Brake or hold an axis that moves where it should rest, or begin with the servo."""
     m, F = math.exp(own.values[0]), _sure_friction(own)
-    falls = s.pending == 0 and _leaves_again(p, s, x)
+    leaves = s.pending == 0 and _leaves_again(p, s, x)
     runs = s.pending == 0 and pushed(p, m, F, s.phase == RESTING)
     runs = runs or coasts(p, s.target)
-    if not (runs or falls):
+    if not (runs or leaves):
         return
+    loaded = falls(p, s.target)
+    p.swung = 0 if loaded else p.swung
     p.undecided = p.by_pulse = p.waits = 0  # it rests no longer
-    if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p):
+    if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p) and not loaded:
         _calm(p, own)
         start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
         return
     if s.pending:  # a pulse that is braked is not learned from
         side = 1 if s.error < 0.0 else 0
         own.share[side] = min(own.share[side] * _BRAKED, exact_learning.LARGEST_SHARE)
-    p.held = max(p.held, RELEASES) if falls else p.held
+    p.held = max(p.held, RELEASES) if leaves or loaded else p.held
     if runs and s.phase == RESTING and p.held == 0 and p.shaken == 0:
         start_holding(p, m, _mean_friction(own))
     elif (p.held or p.brakings >= PUSHES) and p.swung == 0:

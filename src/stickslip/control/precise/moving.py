@@ -24,10 +24,13 @@ from typing import Any
 
 from stickslip.compiled import compiled
 from stickslip.control.precise.braking import (
+    LETS_GO,
     STRONGEST_PUSH,
+    VISIBLE,
     start_braking,
     start_holding_load,
     start_holding_moving,
+    start_letting_go,
 )
 from stickslip.control.precise.learning import (
     BRAKING,
@@ -82,6 +85,7 @@ _HOLDS = 0.25  # of the limit: friction that may hold the axis
 _GLIDES = 0.08  # of half the tolerance: the last way, in which friction alone stops the axis
 _TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
 _FREES = 0.98  # of the limit: an effort that moves any axis which is not blocked
+_STUCK = 0.9  # of the strongest effort: friction that explains why the axis has not moved
 _STOPPING = 6  # samples: an axis that does not stop on the plan is stopped for so long
 _NOT_SLOWER = 0.7  # of the step before: the last one of an axis that a load drives
 _REACTION = 3.0  # lags after which an axis moves that can
@@ -338,9 +342,22 @@ def _effort(p: Any, a: float, v: float, speed: float) -> float:
 
 @compiled()
 def _unseen(p: Any) -> float:
-    """End a move that the sensors have not shown."""
+    """End a move that the sensors have not shown; return the effort from which it is lowered."""
     p.moving, p.unseen = 0, 1 if p.strongest >= _FREES * p.limit else 0
-    return 0.0
+    last = p.commands[0]
+    if last != 0.0:
+        start_letting_go(p, last)
+    return direction(p) * last
+
+
+@compiled()
+def _waits(p: Any, F: float) -> float:
+    """Return the effort on an axis of which no motion has been seen, after the planned one.
+
+    It is lowered slowly if friction explains that: what holds the axis may be a load.
+    """
+    holds = F >= _STUCK * p.strongest
+    return direction(p) * p.commands[0] * LETS_GO / (LETS_GO + p.period) if holds else 0.0
 
 
 @compiled()
@@ -387,14 +404,14 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     """
     m, F, c = model(p)
     if p.seen == 0:
-        return _unseen(p) if p.samples > LONGEST_DELAY else 0.0
+        return _unseen(p) if p.samples > LONGEST_DELAY else _waits(p, F)
     p.ending = 1
     p.waited += 1
     coasts = 0.5 * m * speed * speed / max(F, 1e-300)
     driven = coasts > p.bend and p.waited == _STOPPING + 1
     driven = driven and abs(p.past[0] - p.past[1]) >= _NOT_SLOWER * abs(p.past[1] - p.past[2])
     if F < 0.0 or (driven and p.shaken == 0 and not unexplained(p)):
-        if F < 0.0:
+        if F < 0.0 and (p.past[0] - p.past[1]) * direction(p) > 0.0:
             start_holding_load(p, m, -F * direction(p))
         else:
             start_holding_moving(p, m)
@@ -431,6 +448,14 @@ def vibrates(p: Any) -> bool:
 
 
 @compiled()
+def _falls_back(p: Any) -> bool:
+    """Return whether a load moves an axis against its move, from rest and ever faster."""
+    sign = direction(p)
+    new, old = sign * (p.past[1] - p.past[0]), sign * (p.past[2] - p.past[1])
+    return p.seen == 0 and new >= old > 0.0 and new + old > VISIBLE * p.noise
+
+
+@compiled()
 def go_on(p: Any, position: float, measured: bool) -> float:
     """Take a sample of a move in; return the effort until the next one."""
     sign = direction(p)
@@ -454,6 +479,9 @@ def go_on(p: Any, position: float, measured: bool) -> float:
                 p.p_xx, p.p_xv, p.p_vv = p.noise * p.noise, 0.0, p.p_vv + late * late
         else:
             learn(p, p.x, False)
+    if measured and p.samples > 1 and _falls_back(p):
+        start_holding_moving(p, model(p)[0])
+        return 0.0
     # What has not been seen to move is not braked
     u = _unseen(p) if p.seen == 0 and p.samples > p.longest else _decide(p)
     p.strongest = max(p.strongest, abs(u))

@@ -20,7 +20,7 @@ from stickslip.compiled import compiled
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting constant
 _TERMS = 28  # of the exponential series, at most
 _REMAINDER = 1e-34  # of the series, relative to the smallest entries: those of fifth order
-_SERIES_NORM = 0.25  # norm of a step from which on the series converges to `_REMAINDER`
+_SERIES_NORM = 0.25  # largest norm of a step at which the series converges to `_REMAINDER`
 
 Matrix = NDArray[np.float64]
 
