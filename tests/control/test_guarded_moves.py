@@ -44,13 +44,13 @@ class Moved:
 
 
 def guarded(
-    limit: float, *, target: float = WAY, margin: float = 1.0, noise: float = 0.0
+    limit: float, *, target: float = WAY, margin: float = 1.0, noise: float = 0.0, period: float = T
 ) -> GuardedController:
     """Return `precise` with the mass given, and nothing of the friction."""
     friction = PreciseController.unknown_friction(mass=MASS, effort_limit=limit, distance=WAY)
     rest = RestDetection.for_encoder(resolution=STEP, noise=noise, samples=10)
     pulses = ExactPulseController(
-        sampling_time=T,
+        sampling_time=period,
         target=target,
         tolerance=TOLERANCE,
         effort_limit=limit,
@@ -63,7 +63,7 @@ def guarded(
     limits = Limits.for_task(
         mass=MASS,
         effort_limit=limit,
-        sampling_time=T,
+        sampling_time=period,
         places=(0.0, target),
         sensors=SensorErrors(noise=noise, encoder_step=STEP),
     )
@@ -95,17 +95,18 @@ def moved(
     seed: int = 1,
 ) -> Moved:
     """Run a move under a load, with a sign and delay of the effort, an end stop and a sensor."""
+    period = guard.controller.sampling_time
     efforts = [0.0] * delay
     generator = np.random.default_rng(seed)
     target = guard.controller.target
     low, high = sorted((0.0, target))
     state, x, v, farthest, wrong = guard.init(), 0.0, 0.0, 0.0, 0
     for k in range(samples):
-        seen = STEP * round((sensor(k * T, x) + noise * float(generator.normal())) / STEP)
-        state, effort = guard.step(state, SensorSample(k * T, seen, nan, nan, nan))
+        seen = STEP * round((sensor(k * period, x) + noise * float(generator.normal())) / STEP)
+        state, effort = guard.step(state, SensorSample(k * period, seen, nan, nan, nan))
         efforts.append(effort)
         wrong += guard.outcome(state) is REACHED and abs(x - target) > 2.0 * TOLERANCE
-        for _ in range(round(T / FINE)):
+        for _ in range(round(period / FINE)):
             force = sign * efforts[-1 - delay] + load
             force -= max(STOP * (x - stop) + DAMPS * v, 0.0) if x > stop else 0.0
             x, v = advanced(x, v, force)
@@ -199,6 +200,47 @@ def test_a_load_near_the_effort_limit_is_no_wrong_sign(
     run = moved(guard, load=-load * FRICTION, noise=noise, seed=seed)
     assert "sign" not in run.why
     assert run.farthest < 1.5 * WAY
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize(
+    ("period", "limit", "load"),
+    [
+        (2e-3, 10.0, 2.0),
+        (2e-3, 30.0, 2.0),
+        (2e-3, 30.0, 2.4),
+        (1e-2, 3.0, 2.0),
+        (1e-2, 3.0, 2.4),
+        (1e-2, 30.0, 1.6),
+    ],
+)
+def test_a_load_does_not_move_an_axis_out_of_its_travel(
+    period: float, limit: float, load: float, side: float
+) -> None:
+    """An effort that has held it is let go slowly; what falls for long does not swing."""
+    for noise, seed in ((1e-6, 2), (3e-6, 2), (3e-6, 3)):
+        guard = guarded(limit, noise=noise, period=period)
+        samples = round(1.6 / period)
+        run = moved(guard, load=side * load, noise=noise, seed=seed, samples=samples)
+        assert run.farthest < WAY
+        assert run.wrong <= 2
+        assert "load" in run.why
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_guard_learns_the_load_of_an_axis_that_creeps_in_noise(seed: int) -> None:
+    period, noise, load = 1e-3, 1e-6, 1.6 * FRICTION
+    vector = guarded(3.0, noise=noise, period=period).init().guard
+    generator = np.random.default_rng(seed)
+    guard_kernels.fields(vector).fault = guard_kernels.TRAVEL
+    x = v = 0.0
+    for k in range(1000):
+        seen = STEP * round((x + noise * float(generator.normal())) / STEP)
+        guard_kernels.admit(vector, k * period, seen, nan, nan, nan)
+        effort = guard_kernels.release(vector, True, 0.0)
+        for _ in range(round(period / FINE)):
+            x, v = advanced(x, v, effort + load)
+    assert abs(x) < 0.5 * WAY
 
 
 def test_another_target_is_tried_once_the_load_is_gone() -> None:

@@ -68,7 +68,7 @@ _WILD, _CLEAR = 6.0, 0.2
 _SHAKEN = 0.01  # times `_CHANGES` where a vibration moves the axis too, and of a load
 _LIKELY = 3.0  # standard deviations of a push
 _LONGEST = 0.3  # of a push [s]
-LETS_GO, _LITTLE = 0.03, 0.1  # time constant of the effort at rest [s]; of friction: none is left
+LETS_GO, _LITTLE = 0.01, 0.1  # time constant of the effort at rest [s]; of friction: none is left
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
 _UNSURE = 3.0  # standard deviations of a speed
@@ -169,9 +169,9 @@ def _swings(p: Any) -> bool:
 
 
 @compiled()
-def falls(p: Any, target: float) -> bool:
-    """Return whether a load drives an axis that has swung: it coasts longer than a swing lasts."""
-    return _swings(p) and coasts(p, target)
+def falls(p: Any) -> bool:
+    """Return whether a load drives an axis that has swung: it moves longer than a swing lasts."""
+    return (p.swung == 1 or _swings(p)) and p.one_way * p.period >= _FALLS
 
 
 @compiled()
@@ -181,7 +181,7 @@ def coasts(p: Any, target: float) -> bool:
     From the speed v_0 to v over a way d it has been slowed by a = (v_0^2 - v^2)/(2 d), and would go
     on by v^2/(2 a). One that swings is taken to do so if it has not turned round for `_FALLS`.
     """
-    if _swings(p) and p.one_way * p.period < _FALLS:
+    if _swings(p) and not falls(p):
         return False
     d, way = abs(p.past[0] - p.free_x), p.past[0] - p.past[PAST - 1]
     away = (p.past[0] - target) * way > 0.0
@@ -447,6 +447,10 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     if p.brakings >= _MOST or not (p.unslowed or _runs(p, m, F, v)):
         p.moving = 0
         return 0.0
+    if falls(p):
+        p.swung, p.held = 0, RELEASES
+        start_holding_moving(p, m)
+        return hold(p, m, F, True)
     steady = _is_steady(p) and p.shakes == 0
     if steady and p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed:
         p.held = max(p.held, 1)

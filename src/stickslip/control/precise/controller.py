@@ -236,7 +236,7 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
     runs = runs or coasts(p, s.target)
     if not (runs or leaves):
         return
-    loaded = falls(p, s.target)
+    loaded = falls(p)
     p.swung = 0 if loaded else p.swung
     p.undecided = p.by_pulse = p.waits = 0  # it rests no longer
     if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p) and not loaded:
