@@ -68,7 +68,8 @@ _WILD, _CLEAR = 6.0, 0.2
 _SHAKEN = 0.01  # times `_CHANGES` where a vibration moves the axis too, and of a load
 _LIKELY = 3.0  # standard deviations of a push
 _LONGEST = 0.3  # of a push [s]
-LETS_GO, _LITTLE = 0.01, 0.1  # time constant of the effort at rest [s]; of friction: none is left
+# Time constant of the effort at rest, and at least so many samples; of friction: none is left
+_LETS_GO, _LETS_GO_SAMPLES, _LITTLE = 0.01, 3.0, 0.1
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
 _UNSURE = 3.0  # standard deviations of a speed
@@ -312,6 +313,19 @@ def start_holding_moving(p: Any, m: float) -> None:
 
 
 @compiled()
+def letting_go(p: Any) -> float:
+    """Return the time constant with which an effort is lowered at rest, in samples."""
+    return max(_LETS_GO / p.period, _LETS_GO_SAMPLES)
+
+
+@compiled()
+def lowered(p: Any, effort: float) -> float:
+    """Return the effort a sample later, where it is lowered at rest."""
+    samples = letting_go(p)
+    return effort * samples / (samples + 1.0)
+
+
+@compiled()
 def start_letting_go(p: Any, effort: float) -> None:
     """Lower an effort that has not moved the axis: it may hold a load."""
     _start_holding(p, p.past[0])
@@ -360,7 +374,7 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
             p.motion[1] = 0.0  # it has stopped within the sample
     if measured and _stands(p):
         p.motion[0], p.motion[1], p.motion[2] = p.past[0], 0.0, -p.brake / force
-        p.brake *= 1.0 if p.loaded else LETS_GO / (LETS_GO + T)
+        p.brake = p.brake if p.loaded else lowered(p, p.brake)
         if p.loaded == 0 and abs(p.brake) <= _LITTLE * F:
             p.moving = 0
             return 0.0
@@ -380,6 +394,12 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
         p.swung = 1
         return 0.0
     return _held(p, u)
+
+
+@compiled()
+def _hold_moving(p: Any, m: float, F: float) -> float:
+    start_holding_moving(p, m)
+    return hold(p, m, F, True)
 
 
 @compiled()
@@ -428,10 +448,8 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     """Return the effort until the next sample; the braking ends with `moving` 0."""
     if p.brake_left > 0:
         p.brake_left -= 1
-        if measured and _is_steady(p) and _drives_on(p, m, F):
-            start_holding_moving(p, m)
-            return hold(p, m, F, True)
-        return p.brake
+        driven = measured and _is_steady(p) and _drives_on(p, m, F)
+        return _hold_moving(p, m, F) if driven else p.brake
     if not measured:
         p.waited += 1
         return 0.0
@@ -447,15 +465,10 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     if p.brakings >= _MOST or not (p.unslowed or _runs(p, m, F, v)):
         p.moving = 0
         return 0.0
-    if falls(p):
-        p.swung, p.held = 0, RELEASES
-        start_holding_moving(p, m)
-        return hold(p, m, F, True)
-    steady = _is_steady(p) and p.shakes == 0
-    if steady and p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed:
-        p.held = max(p.held, 1)
-        start_holding_moving(p, m)
-        return hold(p, m, F, True)
+    falling, failed = falls(p), _is_steady(p) and p.shakes == 0 and p.brakings > 0
+    if falling or (failed and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed):
+        p.swung, p.held = 0, max(p.held, RELEASES if falling else 1)
+        return _hold_moving(p, m, F)
     p.braked_speed = abs(v)
     n = max(math.ceil(m * abs(v) / (_SHARE * p.limit * p.period)), _SAMPLES)
     u = max(m * abs(v) / (n * p.period) - slowing, 0.0)

@@ -15,13 +15,13 @@ from stickslip.control.checks import check_fields
 from stickslip.control.feedback import profile_kernels
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
-    LETS_GO,
     PUSHES,
     RELEASES,
     brake,
     coasts,
     falls,
     hold,
+    letting_go,
     pushed,
     remember,
     start_braking,
@@ -231,22 +231,20 @@ def _leaves_again(p: Any, s: Any, x: float) -> bool:
 def _react(p: Any, s: Any, own: Any, x: float) -> None:
     """Brake or hold an axis that moves where it should rest, or begin with the servo."""
     m, F = math.exp(own.values[0]), _sure_friction(own)
-    leaves = s.pending == 0 and _leaves_again(p, s, x)
-    runs = s.pending == 0 and pushed(p, m, F, s.phase == RESTING)
-    runs = runs or coasts(p, s.target)
+    leaves, falling = s.pending == 0 and _leaves_again(p, s, x), falls(p)
+    runs = (s.pending == 0 and pushed(p, m, F, s.phase == RESTING)) or coasts(p, s.target)
     if not (runs or leaves):
         return
-    loaded = falls(p)
-    p.swung = 0 if loaded else p.swung
     p.undecided = p.by_pulse = p.waits = 0  # it rests no longer
-    if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p) and not loaded:
+    if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p) and not falling:
         _calm(p, own)
         start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
         return
     if s.pending:  # a pulse that is braked is not learned from
-        side = 1 if s.error < 0.0 else 0
+        side = int(s.error < 0.0)
         own.share[side] = min(own.share[side] * _BRAKED, exact_learning.LARGEST_SHARE)
-    p.held = max(p.held, RELEASES) if leaves or loaded else p.held
+    if leaves or falling:
+        p.swung, p.held = 0 if falling else p.swung, max(p.held, RELEASES)
     if runs and s.phase == RESTING and p.held == 0 and p.shaken == 0:
         start_holding(p, m, _mean_friction(own))
     elif (p.held or p.brakings >= PUSHES) and p.swung == 0:
@@ -351,7 +349,7 @@ def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
             start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
             return servo_effort(p, x)
         if moving == HOLDING:  # a load moves it meanwhile
-            s.wait = max(s.wait, math.ceil(LETS_GO / p.period))
+            s.wait = max(s.wait, math.ceil(letting_go(p)))
     return u
 
 

@@ -24,9 +24,9 @@ from typing import Any
 
 from stickslip.compiled import compiled
 from stickslip.control.precise.braking import (
-    LETS_GO,
     STRONGEST_PUSH,
     VISIBLE,
+    lowered,
     start_braking,
     start_holding_load,
     start_holding_moving,
@@ -356,8 +356,8 @@ def _waits(p: Any, F: float) -> float:
 
     It is lowered slowly if friction explains that: what holds the axis may be a load.
     """
-    holds = F >= _STUCK * p.strongest
-    return direction(p) * p.commands[0] * LETS_GO / (LETS_GO + p.period) if holds else 0.0
+    held = F >= _STUCK * p.strongest  # noqa: SIM300 - F is the friction of the model
+    return direction(p) * lowered(p, p.commands[0]) if held else 0.0
 
 
 @compiled()
