@@ -98,6 +98,15 @@ def _backlash(plant: Plant, _: float) -> Plant:
     )
 
 
+def _loaded(share: float) -> Case:
+    """Return the case of a constant load, over Coulomb friction."""
+
+    def plant(plant: Plant, _: float) -> Plant:
+        return plant._replace(offset=share * max(plant.coulomb_positive, plant.coulomb_negative))
+
+    return Case(name=f"load of {share:.0%} of friction".replace("%", " %"), mild=False, plant=plant)
+
+
 AXIS_CASES = (
     Case(name="no fault"),
     Case(name="delay of 1/2 sample", plant=lambda p, T: p._replace(actuation_delay=0.5 * T)),
@@ -176,11 +185,8 @@ AXIS_CASES = (
         plant=_all_mild_axis,
         channels=Channels(effort_step=1.0 / 127.0, gain=0.95, lost=0.01),
     ),
-    Case(
-        name="load of 160 % of friction",
-        mild=False,
-        plant=lambda p, _: p._replace(offset=1.6 * max(p.coulomb_positive, p.coulomb_negative)),
-    ),
+    _loaded(1.6),
+    _loaded(2.4),
     Case(name="frozen sensors", mild=False, channels=Channels(frozen_from=0.35)),
     Case(name="no sensors", mild=False, channels=Channels(lost=1.0)),
 )

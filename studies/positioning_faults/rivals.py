@@ -72,7 +72,9 @@ def _judged(drawn: Sequence[Axis], shortest: Float[np.ndarray, " axes"], case: C
         reasons = Counter(
             reason.split(": ")[0] for o in outcomes for reason in o.why if reason
         ).most_common(1)
-        return f"{reasons[0][1]}: {reasons[0][0]}" if reasons else "no reason"
+        left = sum(o.left for o in outcomes)
+        ends = f", {left} leave their travel" if left else ""
+        return f"{reasons[0][1]}: {reasons[0][0]}{ends}" if reasons else f"no reason{ends}"
     wrong = sum(o.false for o in outcomes)
     errors = f", {wrong} wrong" if wrong else ""
     inside = sum(isfinite(o.settling[0]) for o in outcomes)
@@ -146,8 +148,8 @@ def known(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) 
     return table([*names, "in whole samples, over the shortest", "median", "90 %"], rows)
 
 
-def study(count: int, sampling_time: float, ratio: float) -> str:
-    """Return the table of all cases at a sampling time and a ratio of effort limit to friction."""
+def study(count: int, sampling_time: float, ratio: float, cases: Sequence[Case]) -> str:
+    """Return the table of cases at a sampling time and a ratio of effort limit to friction."""
     by_method = {
         method: axes(count, _SEED, method=method, sampling_time=sampling_time, ratio=ratio)
         for method in _METHODS
@@ -157,7 +159,7 @@ def study(count: int, sampling_time: float, ratio: float) -> str:
     rows, stopped = (
         [
             [case.name, *(_judged(drawn, shortest, case) for drawn in by_method.values())]
-            for case in track([case for case in AXIS_CASES if case.mild is mild], transient=True)
+            for case in track([case for case in cases if case.mild is mild], transient=True)
         ]
         for mild in (True, False)
     )
@@ -167,7 +169,7 @@ def study(count: int, sampling_time: float, ratio: float) -> str:
         f"{count} axes; the median of the shortest times is {1e3 * np.median(shortest):.0f} ms.\n\n"
     )
     ends = "\n\nAxes that stop, and the most frequent reason:\n\n"
-    for case in AXIS_CASES:
+    for case in cases:
         if case.channels.push:
             unheld = sum(_unheld(axis, case) for axis in by_method["precise"])
             ends = f"\n\n{unheld} pushes leave the travel against the whole limit as well.{ends}"
@@ -181,13 +183,17 @@ def main() -> None:
     parser.add_argument("--sampling-times", type=float, nargs="*", default=[0.01, 0.001])
     parser.add_argument("--ratios", type=float, nargs="*", default=[3.0, 10.0, 30.0])
     parser.add_argument("--known", action="store_true", help="with friction known, without faults")
+    parser.add_argument("--cases", nargs="*", default=[], help="parts of their names; all if none")
     given = parser.parse_args()
     if given.known:
         print(known(given.axes, given.sampling_times, given.ratios))  # noqa: T201
         return
+    cases = [
+        case for case in AXIS_CASES if not given.cases or any(n in case.name for n in given.cases)
+    ]
     for sampling_time in given.sampling_times:
         for ratio in given.ratios:
-            print(study(given.axes, sampling_time, ratio), flush=True)  # noqa: T201 - takes long
+            print(study(given.axes, sampling_time, ratio, cases), flush=True)  # noqa: T201 - takes long
 
 
 if __name__ == "__main__":
