@@ -56,7 +56,7 @@ def _quantiles(
 ) -> tuple[float, float]:
     """Return the median and the 90 % quantile of the settling times, over the shortest.
 
-    An axis that does not settle is later than all others.
+    The time of an axis that does not settle is infinite.
     """
     times = np.nan_to_num([o.settling[0] for o in outcomes], nan=np.inf) / shortest
     median, most = np.quantile(times, [0.5, 0.9], method="higher")

@@ -227,12 +227,15 @@ def test_a_load_does_not_move_an_axis_out_of_its_travel(
         assert "load" in run.why
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize("seed", range(5))
-def test_a_guard_learns_the_load_of_an_axis_that_creeps_in_noise(seed: int) -> None:
-    period, noise, load = 1e-3, 1e-6, 1.6 * FRICTION
+def test_a_guard_holds_an_axis_that_creeps_in_noise(seed: int, side: float) -> None:
+    """The noise of the accelerations is six times the load."""
+    period, noise, load = 1e-3, 1e-6, 1.6 * side * FRICTION
     vector = guarded(3.0, noise=noise, period=period).init().guard
     generator = np.random.default_rng(seed)
-    guard_kernels.fields(vector).fault = guard_kernels.TRAVEL
+    g = guard_kernels.fields(vector)
+    g.fault = guard_kernels.TRAVEL
     x = v = 0.0
     for k in range(1000):
         seen = STEP * round((x + noise * float(generator.normal())) / STEP)
@@ -241,6 +244,40 @@ def test_a_guard_learns_the_load_of_an_axis_that_creeps_in_noise(seed: int) -> N
         for _ in range(round(period / FINE)):
             x, v = advanced(x, v, effort + load)
     assert abs(x) < 0.5 * WAY
+    assert abs(g.hold + load) < 1.2 * FRICTION
+    assert abs(v) < 0.1 * WAY
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_guard_that_stops_a_blocked_axis_goes_on_to_hold_its_load(side: float) -> None:
+    """Nearly the whole limit holds 80 % of it; without an effort the axis would fall."""
+    vector, load = guarded(3.0).init().guard, 2.4 * side * FRICTION
+    x = v = 0.0
+    farthest = 0.0
+    for k in range(1500):
+        guard_kernels.admit(vector, k * T, STEP * round(x / STEP), nan, nan, nan)
+        effort = guard_kernels.release(vector, True, -2.97 * side * FRICTION)
+        for _ in range(round(T / FINE)):
+            x, v = advanced(x, v, effort + load)
+        farthest = max(farthest, abs(x))
+    assert guard_kernels.fields(vector).fault == guard_kernels.LOAD
+    assert farthest < 0.1 * WAY
+    assert v == 0.0
+
+
+def test_an_effort_of_the_wrong_sign_with_pauses_is_stopped() -> None:
+    """Pauses of two samples hide the sign until the axis leaves its travel."""
+    vector, x, v, farthest = guarded(10.0).init().guard, 0.0, 0.0, 0.0
+    for k in range(400):
+        guard_kernels.admit(vector, k * T, STEP * round(x / STEP), nan, nan, nan)
+        pattern = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
+        effort = guard_kernels.release(vector, True, 10.0 * pattern[k % len(pattern)])
+        for _ in range(round(T / FINE)):
+            x, v = advanced(x, v, -effort)
+        farthest = max(farthest, abs(x))
+    assert guard_kernels.fields(vector).fault == guard_kernels.SIGN
+    assert farthest < 4.0 * WAY
+    assert v == 0.0
 
 
 def test_another_target_is_tried_once_the_load_is_gone() -> None:

@@ -192,7 +192,8 @@ def _turns_away(g: Any, x: float) -> bool:
 
     Two mean speeds are compared, over times so long that such an acceleration exceeds the likely
     error of a position, and after so many strong samples that the effort has acted all the time,
-    behind a delay as well. The first strong effort begins at rest, and needs none before.
+    behind a delay as well. The first strong effort begins at rest, and needs none before. After two
+    weak efforts in a row they are counted anew: a load that a strong one has held may move it.
     """
     strong = abs(g.effort) >= _DRIVES * g.effort_limit
     if g.follows == 1 or not (strong or g.driven_by != 0.0):
@@ -204,7 +205,7 @@ def _turns_away(g: Any, x: float) -> bool:
         g.driven, g.turning, g.driven_x = 0, 0.0, x
     g.strong = min(g.strong + 1, 2 * _ALIKE) if strong else max(g.strong - 1, 0)
     g.weak = 0 if strong else g.weak + 1
-    if g.weak > 1:  # a load that the effort has held may move the axis now
+    if g.weak > 1:
         g.strong, g.driven, g.turning, g.driven_x = 0, 0, 0.0, x
         return False
     if g.wait > 0:
@@ -256,6 +257,7 @@ def _watch(g: Any, x: float, v: float, v2: float) -> None:
     if g.idle > _IDLE:  # what moves the axis after a rest begins a move of its own
         g.begun = g.time
     if _falls(g, x, v, rests):
+        g.hold = 0.0 if g.fault == SIGN else g.hold
         g.free, g.fault, g.kept = 0, LOAD, 1
         g.anchored, g.released = 0, 0
     # A glitch shows the axis on its way to one side, and then to the other
@@ -409,10 +411,14 @@ def _begin_braking(g: Any) -> None:
     """Begin a plan of braking at the state of the axis.
 
     It takes the speed away evenly, soon enough to stop within the travel, as far as the effort
-    limit allows.
+    limit allows. Of the load it knows what held the axis before it was let go, or what effort has
+    not moved it.
     """
     x, v, T = g.x, g.v, g.period
-    g.anchored, g.anchor, g.pace, g.hold, g.quiet, g.quiet_x = 1, x, v, 0.0, 0, x
+    stood = g.fault in (BLOCKED, TIME) and abs(v) * T <= g.velocity_resolution * T + g.resolution
+    if g.kept == 0:
+        g.hold = g.effort if stood else 0.0
+    g.anchored, g.anchor, g.pace, g.quiet, g.quiet_x = 1, x, v, 0, x
     g.against = 0
     room = max((g.high - x if v > 0.0 else x - g.low) - abs(v) * T, 0.5 * abs(v) * T)
     needed = 0.5 * v * v / room if v != 0.0 else 0.0
@@ -537,7 +543,7 @@ def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> fl
     g = fields(guard)
     if g.fault != 0:
         unseen = not readable or g.fault in (FROZEN, JUMP)
-        unseen = unseen or (g.fault == BLOCKED and g.alike[0] > 0)
+        unseen = unseen or (g.fault == BLOCKED and g.alike[0] > 0 and g.anchored == 0)
         u = 0.0 if g.fault == SIGN else _coast(g) if unseen else _brake(g)
     elif np.isfinite(effort):
         u, g.unanswered = effort, 0
@@ -569,5 +575,5 @@ def renew(guard: Float[np.ndarray, " g"]) -> None:
     g = fields(guard)
     g.fault, g.started, g.lost, g.fast, g.pushing, g.free = 0, 0, 0, 0, 0, 0
     g.anchored, g.quiet, g.released, g.kept, g.above, g.below = 0, 0, 0, 0, 0, 0
-    g.same, g.mismatch, g.unanswered, g.turns, g.against = 0, 0.0, 0, 0, 0
-    g.momentum, g.missed, g.alike[:] = 0.0, 0.0, 0
+    g.same, g.mismatch, g.unanswered, g.turns, g.against, g.weak = 0, 0.0, 0, 0, 0, 0
+    g.momentum, g.missed, g.hold, g.alike[:] = 0.0, 0.0, 0.0, 0

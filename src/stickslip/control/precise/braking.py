@@ -43,7 +43,9 @@ _WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 _SAMPLES = 3  # the shortest braking
 _SWING = 0.03  # time of the mean speed of an axis that vibrates [s]: two periods of 65 Hz
 _EXPLAINS = 100.0  # mean squared innovation over its variance, below which an impulse says much
-_FALLS = 0.06  # time to one side [s]: half a period of 8 Hz
+# Least time to one side of a fall [s]: half a period of 8 Hz; at least so many times the samples of
+# a mean speed and of the delay
+_FALL_TIME, _FALL_SAMPLES = 0.06, 2
 _FAR = 0.2  # of the way of a move: an axis that goes so far after a braking is braked at once
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
@@ -53,7 +55,7 @@ _MANY = 6  # pushes to one side until then: a load, though the effort against it
 RELEASES = 2  # times an axis is let go until what moves it again is a load
 _SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
-_SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
+SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
 VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
 STRONGEST_PUSH = 1.2  # of the effort limit: a push
 _GAIN = 0.8  # of the speed is taken away in a sample of a push
@@ -67,7 +69,7 @@ _STEADY = 0.3  # of friction: likewise at most, where noise looks like a force a
 _WILD, _CLEAR = 6.0, 0.2
 _SHAKEN = 0.01  # times `_CHANGES` where a vibration moves the axis too, and of a load
 _LIKELY = 3.0  # standard deviations of a push
-_LONGEST = 0.3  # of a push [s]
+_LONGEST, _ENDS = 0.3, 5.0  # of a push [s], and least time constants of its effort
 # Time constant of the effort at rest, and at least so many samples; of friction: none is left
 _LETS_GO, _LETS_GO_SAMPLES, _LITTLE = 0.01, 3.0, 0.1
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
@@ -79,7 +81,10 @@ _EVEN = 0.7  # of the way of three samples is that of each at most; from rest it
 
 @compiled()
 def remember(p: Any, x: float) -> None:
-    """Keep a position, and where the axis began to move without effort in its direction."""
+    """Keep a position, and where the axis began to move without effort in its direction.
+
+    Counts the samples since it has turned round by a visible way, too.
+    """
     for k in range(KEPT - 1, 0, -1):
         p.past[k] = p.past[k - 1]
     p.past[0] = x
@@ -170,9 +175,16 @@ def _swings(p: Any) -> bool:
 
 
 @compiled()
-def falls(p: Any) -> bool:
+def _response(p: Any) -> int:
+    """Return the samples after which the axis shows what a command does."""
+    return math.ceil(delay_of(p.best) + lag_of(p.best)) + PAST - 1
+
+
+@compiled()
+def is_falling(p: Any) -> bool:
     """Return whether a load drives an axis that has swung: it moves longer than a swing lasts."""
-    return (p.swung == 1 or _swings(p)) and p.one_way * p.period >= _FALLS
+    least = max(_FALL_TIME / p.period, _FALL_SAMPLES * _response(p))
+    return (p.swung == 1 or _swings(p)) and p.one_way >= least
 
 
 @compiled()
@@ -180,9 +192,9 @@ def coasts(p: Any, target: float) -> bool:
     """Return whether an axis without effort goes on from its target, and friction hardly stops it.
 
     From the speed v_0 to v over a way d it has been slowed by a = (v_0^2 - v^2)/(2 d), and would go
-    on by v^2/(2 a). One that swings is taken to do so if it has not turned round for `_FALLS`.
+    on by v^2/(2 a). An axis that swings does not coast, but falls (`is_falling`).
     """
-    if _swings(p) and not falls(p):
+    if _swings(p) and not is_falling(p):
         return False
     d, way = abs(p.past[0] - p.free_x), p.past[0] - p.past[PAST - 1]
     away = (p.past[0] - target) * way > 0.0
@@ -205,9 +217,9 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     not pushed if it vibrates: effort would excite the vibration.
     """
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
-    faster = abs(new) >= abs(old) and old * new > _SURE * new * new
+    faster = abs(new) >= abs(old) and old * new > SURE * new * new
     faster = faster and abs(new + old) > VISIBLE * p.noise
-    jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > VISIBLE * p.noise
+    jumps = rested and abs(old) <= SURE * abs(new) and abs(new) > VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= STRONGEST_PUSH * p.limit * p.period * p.period
     steady = p.shaken == 0 and p.swung == 0 and (p.fast == 0 or p.turns <= _TURNS)
     may = (p.held > 0 and p.swung == 0) or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
@@ -279,17 +291,42 @@ def _correct(p: Any, x: float) -> None:
 
 
 @compiled()
-def _start_holding(p: Any, x: float) -> None:
+def letting_go(p: Any) -> float:
+    """Return the time constant with which an effort is lowered at rest, in samples."""
+    return max(_LETS_GO / p.period, _LETS_GO_SAMPLES)
+
+
+@compiled()
+def lowered(p: Any, effort: float) -> float:
+    """Return the effort a sample later, where it is lowered at rest."""
+    samples = letting_go(p)
+    return effort * samples / (samples + 1.0)
+
+
+@compiled()
+def _most_held(p: Any) -> int:
+    """Return the samples after which what needs an effort is no push."""
+    return math.ceil(max(_LONGEST / p.period, _ENDS * letting_go(p)))
+
+
+@compiled()
+def _begin_holding(p: Any, x: float) -> None:
     p.moving, p.brake = HOLDING, 0.0
+    p.motion[:], p.spread[:, :] = 0.0, 0.0
+    p.motion[0], p.spread[0, 0] = x, p.noise * p.noise
+    p.brake_left = _most_held(p)
+    p.turns = p.quiet = p.loaded = 0
+
+
+@compiled()
+def _start_holding(p: Any, x: float) -> None:
+    _begin_holding(p, x)
     back = 1 if p.past[0] < p.past[1] else 0
     again = back == p.held_back  # a load acts to one side
     p.held = p.held + 1 if again else 1
     p.held_back = back
     p.sided = 1 if p.holds == 0 or (again and p.sided) else 0
     p.loaded = 1 if p.held > RELEASES or (p.sided and p.holds >= _MANY) else 0
-    p.motion[:], p.spread[:, :] = 0.0, 0.0
-    p.motion[0], p.spread[0, 0] = x, p.noise * p.noise
-    p.brake_left, p.turns, p.quiet = math.ceil(_LONGEST / p.period), 0, 0
     p.brakings += 1
     p.holds += 1
 
@@ -313,23 +350,20 @@ def start_holding_moving(p: Any, m: float) -> None:
 
 
 @compiled()
-def letting_go(p: Any) -> float:
-    """Return the time constant with which an effort is lowered at rest, in samples."""
-    return max(_LETS_GO / p.period, _LETS_GO_SAMPLES)
+def start_holding_falling(p: Any, m: float) -> None:
+    """Act likewise against a load, for good."""
+    p.swung, p.held = 0, max(p.held, RELEASES)
+    p.held_back = 1 if p.past[0] < p.past[1] else 0
+    start_holding_moving(p, m)
 
 
 @compiled()
-def lowered(p: Any, effort: float) -> float:
-    """Return the effort a sample later, where it is lowered at rest."""
-    samples = letting_go(p)
-    return effort * samples / (samples + 1.0)
-
-
-@compiled()
-def start_letting_go(p: Any, effort: float) -> None:
+def start_letting_go(p: Any, m: float, effort: float) -> None:
     """Lower an effort that has not moved the axis: it may hold a load."""
-    _start_holding(p, p.past[0])
-    p.brake = effort
+    _begin_holding(p, p.past[0])
+    unit = p.period * p.period / m
+    p.brake, p.held, p.held_back = effort, 1, int(effort > 0.0)
+    p.motion[2], p.spread[2, 2] = -effort * unit, (_STRONG * p.limit * unit) ** 2
 
 
 @compiled()
@@ -339,18 +373,18 @@ def _held(p: Any, u: float) -> float:
     p.brake_left -= 1
     if p.loaded == 0 and p.brake_left <= 0:
         p.held += 1
-        p.brake_left = math.ceil(_LONGEST / p.period)
+        p.brake_left = _most_held(p)
         p.loaded = 1 if p.held > RELEASES else 0
     return p.brake
 
 
 @compiled()
 def _delay(p: Any) -> float:
-    """Return delay and lag in samples: those of the last move, if it shows them.
+    """Return delay and lag in samples: those of the last move, if it has shown them.
 
     They are limited to the commands that are kept.
     """
-    if p.known or p.seen == 0 or unexplained(p):
+    if p.known or p.shown == 0 or unexplained(p):
         return min(p.delay + p.lag, HISTORY - 2.0)
     return delay_of(p.best) + lag_of(p.best)
 
@@ -397,9 +431,11 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
 
 
 @compiled()
-def _hold_moving(p: Any, m: float, F: float) -> float:
-    start_holding_moving(p, m)
-    return hold(p, m, F, True)
+def _slows(p: Any, n: int) -> bool:
+    """Return whether the axis has become slower over the last n samples."""
+    half = n // 2
+    new, old = p.past[0] - p.past[half], p.past[half] - p.past[2 * half]
+    return abs(new) < abs(old)
 
 
 @compiled()
@@ -431,12 +467,12 @@ def speed_now(p: Any, m: float, F: float, n: int) -> float:
 
 @compiled()
 def _is_steady(p: Any) -> bool:
-    """Return whether nothing has shown a vibration."""
+    """Return whether no hold and no earlier move has shown a vibration."""
     return p.shaken == 0 and p.holds == 0 and p.swung == 0
 
 
 @compiled()
-def _drives_on(p: Any, m: float, F: float) -> bool:
+def _runs_along_brake(p: Any, m: float, F: float) -> bool:
     """Return whether an axis runs along the effort that should brake it, ever faster."""
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = p.brake * old > 0.0 and new * old >= old * old
@@ -448,8 +484,9 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     """Return the effort until the next sample; the braking ends with `moving` 0."""
     if p.brake_left > 0:
         p.brake_left -= 1
-        driven = measured and _is_steady(p) and _drives_on(p, m, F)
-        return _hold_moving(p, m, F) if driven else p.brake
+        if measured and _is_steady(p) and _runs_along_brake(p, m, F):
+            start_holding_moving(p, m)
+        return p.brake if p.moving == BRAKING else hold(p, m, F, True)
     if not measured:
         p.waited += 1
         return 0.0
@@ -465,10 +502,14 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     if p.brakings >= _MOST or not (p.unslowed or _runs(p, m, F, v)):
         p.moving = 0
         return 0.0
-    falling, failed = falls(p), _is_steady(p) and p.shakes == 0 and p.brakings > 0
-    if falling or (failed and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed):
-        p.swung, p.held = 0, max(p.held, RELEASES if falling else 1)
-        return _hold_moving(p, m, F)
+    steady = _is_steady(p) and p.shakes == 0
+    if is_falling(p) and not _slows(p, seen):
+        start_holding_falling(p, m)
+    elif steady and p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed:
+        p.held = max(p.held, 1)
+        start_holding_moving(p, m)
+    if p.moving == HOLDING:
+        return hold(p, m, F, True)
     p.braked_speed = abs(v)
     n = max(math.ceil(m * abs(v) / (_SHARE * p.limit * p.period)), _SAMPLES)
     u = max(m * abs(v) / (n * p.period) - slowing, 0.0)

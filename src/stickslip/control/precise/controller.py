@@ -19,13 +19,14 @@ from stickslip.control.precise.braking import (
     RELEASES,
     brake,
     coasts,
-    falls,
     hold,
+    is_falling,
     letting_go,
     pushed,
     remember,
     start_braking,
     start_holding,
+    start_holding_falling,
     start_holding_moving,
 )
 from stickslip.control.precise.learning import (
@@ -171,10 +172,9 @@ def _ended(p: Any, s: Any, own: Any) -> None:
     """Update the model of the pulses by that of a move, and wait for rest."""
     explained = p.misfit[p.best] <= EXPLAINED * p.rows and (p.wild <= WILD or p.shakes == 0)
     if p.seen and explained and p.rows >= _LEARNED:
-        side = p.backward
-        before = law_of(own, side)[1]
+        before = law_of(own, p.backward)[1]
         teach(p, own.values, own.covariance)
-        ratio = law_of(own, side)[1] / before
+        ratio = law_of(own, p.backward)[1] / before
         for each in range(2):
             F = law_of(own, each)[1]
             if own.held[each] == 0.0:
@@ -204,8 +204,7 @@ def _pause(p: Any, s: Any) -> None:
     p.pauses += 1
     wait_for_rest(s)
     s.wait = max(s.wait, math.ceil(p.pauses * _PAUSE / p.period))
-    s.pending = s.idle = 0
-    s.outcome = MOVING
+    s.pending, s.idle, s.outcome = 0, 0, MOVING
 
 
 @compiled()
@@ -231,7 +230,7 @@ def _leaves_again(p: Any, s: Any, x: float) -> bool:
 def _react(p: Any, s: Any, own: Any, x: float) -> None:
     """Brake or hold an axis that moves where it should rest, or begin with the servo."""
     m, F = math.exp(own.values[0]), _sure_friction(own)
-    leaves, falling = s.pending == 0 and _leaves_again(p, s, x), falls(p)
+    leaves, falling = s.pending == 0 and _leaves_again(p, s, x), is_falling(p)
     runs = (s.pending == 0 and pushed(p, m, F, s.phase == RESTING)) or coasts(p, s.target)
     if not (runs or leaves):
         return
@@ -243,9 +242,10 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
     if s.pending:  # a pulse that is braked is not learned from
         side = int(s.error < 0.0)
         own.share[side] = min(own.share[side] * _BRAKED, exact_learning.LARGEST_SHARE)
-    if leaves or falling:
-        p.swung, p.held = 0 if falling else p.swung, max(p.held, RELEASES)
-    if runs and s.phase == RESTING and p.held == 0 and p.shaken == 0:
+    p.held = max(p.held, RELEASES) if leaves else p.held
+    if falling:
+        start_holding_falling(p, m)
+    elif runs and s.phase == RESTING and p.held == 0 and p.shaken == 0:
         start_holding(p, m, _mean_friction(own))
     elif (p.held or p.brakings >= PUSHES) and p.swung == 0:
         start_holding_moving(p, m)
@@ -304,7 +304,7 @@ def _rested(p: Any, s: Any, own: Any) -> None:
     """Begin a move or a pulse once the axis has come to rest."""
     if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
         p.leavings = 0  # friction or bristles have stopped it
-    p.brakings = p.held = p.turns = p.swung = 0
+    p.brakings = p.held = p.turns = p.swung = p.one_way = 0
     p.holds = 0 if s.outcome == REACHED else p.holds
     if s.outcome != MOVING:
         return

@@ -104,9 +104,10 @@ OWN_DTYPE = np.dtype(
         ("past_count", "i8"),  # of them so far
         ("free_x", "f8"),  # position from which on no effort has acted and the axis has not turned
         ("free_v", "f8"),  # speed there
-        ("farthest", "f8"),  # position since the axis has last turned round
+        ("farthest", "f8"),  # extreme position since the axis has last turned round
         ("ahead", "i8"),  # 1 if it has moved forward since then
         ("one_way", "i8"),  # samples since then
+        ("shown", "i8"),  # 1 once motion of the last move has been seen
         ("stood", "f8"),  # position at the first sample of a rest in a hold
         ("unslowed", "i8"),  # 1 for a braking of an axis that friction has not slowed
         ("brakings", "i8"),  # since the axis was seen at rest

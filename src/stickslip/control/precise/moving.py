@@ -25,6 +25,7 @@ from typing import Any
 from stickslip.compiled import compiled
 from stickslip.control.precise.braking import (
     STRONGEST_PUSH,
+    SURE,
     VISIBLE,
     lowered,
     start_braking,
@@ -36,6 +37,7 @@ from stickslip.control.precise.learning import (
     BRAKING,
     LONGEST_DELAY,
     MOVE,
+    PAST,
     PER_SAMPLE,
     SHAKES,
     TAUGHT,
@@ -114,7 +116,7 @@ def _lasting(m: float, F: float, d: float, time: float) -> float:
 def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) -> None:
     """Begin a move at rest in x."""
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
-    p.seen = p.wild = p.reversals = p.reversed_at = p.brakings = p.unseen = 0
+    p.seen = p.wild = p.reversals = p.reversed_at = p.brakings = p.unseen = p.shown = 0
     p.strongest = 0.0
     p.off, p.shakes, p.glitch = 0.0, 0, 0
     p.moves += 1
@@ -342,21 +344,22 @@ def _effort(p: Any, a: float, v: float, speed: float) -> float:
 
 @compiled()
 def _unseen(p: Any) -> float:
-    """End a move that the sensors have not shown; return the effort from which it is lowered."""
+    """End a move that the sensors have not shown; return the last effort, to be lowered."""
     p.moving, p.unseen = 0, 1 if p.strongest >= _FREES * p.limit else 0
     last = p.commands[0]
     if last != 0.0:
-        start_letting_go(p, last)
+        start_letting_go(p, model(p)[0], last)
     return direction(p) * last
 
 
 @compiled()
-def _waits(p: Any, F: float) -> float:
-    """Return the effort on an axis of which no motion has been seen, after the planned one.
+def _after_plan(p: Any, F: float) -> float:
+    """Return the effort on an axis of which no motion has been seen, once the plan has ended.
 
-    It is lowered slowly if friction explains that: what holds the axis may be a load.
+    The whole limit is lowered slowly where friction explains that: what holds the axis may be a
+    load.
     """
-    held = F >= _STUCK * p.strongest  # noqa: SIM300 - F is the friction of the model
+    held = p.strongest >= _FREES * p.limit and p.strongest * _STUCK <= F
     return direction(p) * lowered(p, p.commands[0]) if held else 0.0
 
 
@@ -404,7 +407,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
     """
     m, F, c = model(p)
     if p.seen == 0:
-        return _unseen(p) if p.samples > LONGEST_DELAY else _waits(p, F)
+        return _unseen(p) if p.samples > LONGEST_DELAY else _after_plan(p, F)
     p.ending = 1
     p.waited += 1
     coasts = 0.5 * m * speed * speed / max(F, 1e-300)
@@ -452,7 +455,9 @@ def _falls_back(p: Any) -> bool:
     """Return whether a load moves an axis against its move, from rest and ever faster."""
     sign = direction(p)
     new, old = sign * (p.past[1] - p.past[0]), sign * (p.past[2] - p.past[1])
-    return p.seen == 0 and new >= old > 0.0 and new + old > VISIBLE * p.noise
+    faster = new >= old > SURE * new and new + old > VISIBLE * p.noise
+    rested = p.seen == 0 and p.shaken == 0 and p.way > 0.0
+    return rested and faster and p.glitch != 1 and p.past_count >= PAST
 
 
 @compiled()
@@ -465,7 +470,7 @@ def go_on(p: Any, position: float, measured: bool) -> float:
         if p.seen and p.v <= 0.0:
             p.open = 0  # it has stopped within the sample
         if measured and p.glitch != 1:
-            p.seen = 1 if p.seen or x > _SEEN * p.noise else 0
+            p.seen = p.shown = 1 if p.seen or x > _SEEN * p.noise else 0
             learn(p, x, True)
             tau = (p.samples - delay_of(p.best)) * p.period
             changed = p.open == 1 and choose(p)
@@ -479,7 +484,7 @@ def go_on(p: Any, position: float, measured: bool) -> float:
                 p.p_xx, p.p_xv, p.p_vv = p.noise * p.noise, 0.0, p.p_vv + late * late
         else:
             learn(p, p.x, False)
-    if measured and p.samples > 1 and _falls_back(p):
+    if measured and _falls_back(p):
         start_holding_moving(p, model(p)[0])
         return 0.0
     # What has not been seen to move is not braked
