@@ -13,7 +13,7 @@ Style = Literal["dense", "parameters", "options", "phases"]
 Tone = Literal["", "good", "bad", "code"]
 
 _ON_TERMINAL = (20, 10)  # first and last rows of a long table that are printed
-_ON_PAGE = (30, 15)
+_ON_PAGE = (30, 15)  # likewise on a page
 _STYLES = {"": "", "good": "green", "bad": "red", "code": ""}
 
 

@@ -40,7 +40,7 @@ from stickslip.control.pulses.exact_state import (
 )
 from stickslip.planning.pulse_kernels import behind_lag, peak_behind_lag, position_along, pulse_ends
 
-_ITERATIONS = 30
+_ITERATIONS = 30  # of an update, at most
 _COOLING = 0.1  # of the variance by which the observation is inflated, from iteration to iteration
 _CONVERGED = 1e-7  # change of a logarithm
 _STRONGEST = 0.98  # of the effort: the Coulomb friction of a mass that it has moved

@@ -17,7 +17,7 @@ from stickslip.friction import FrictionTerms
 from stickslip.numerics.named_fields import fields_at, place_of
 from stickslip.records import InputError
 
-MOST_PARAMETERS = 5
+MOST_PARAMETERS = 5  # of a recursive estimator
 
 Variance = float | tuple[tuple[float, ...], ...]
 """P(0): its diagonal value, or the whole matrix row by row."""

@@ -20,9 +20,9 @@ _STAGE = {"width": 960, "height": 334, "half": 32, "tall": 46, "ground": 205, "w
 _MARGIN = 62.0  # at either end of the stage
 _GAP = 46.0  # least length of the spring
 _ARROW = 105.0  # of the largest effort
-_GAUGE_LEFT, _GAUGE_RIGHT = 190.0, 930.0
+_GAUGE_LEFT, _GAUGE_RIGHT = 190.0, 930.0  # ends of the gauge of the error
 
-_SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+_SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # of the film, over real time
 _LASTING = 20.0  # time that the whole should take to play [s]
 _DECADES = (4, 12)  # of the gauge, at least and at most
 

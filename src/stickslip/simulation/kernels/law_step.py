@@ -53,8 +53,8 @@ law_fields = fields_at(LAW_MODEL)
 STATES = 5  # x1, v1, z, v2, x2
 # Of Rodas5
 STAGES = 8
-ORDER = 5.0
-GAMMA = 0.19
+ORDER = 5.0  # of the method
+GAMMA = 0.19  # diagonal of the matrix of its implicit stages
 
 
 class IntegrationTuning(NamedTuple):

@@ -24,7 +24,7 @@ from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import RECURSION, VALUES, update
 from stickslip.numerics.named_fields import fields_at, place_of, places
 
-MOST_VALUES = 4
+MOST_VALUES = 4  # f_c, c, B, S
 
 SUMS = np.dtype(
     [

@@ -27,7 +27,7 @@ from stickslip.estimation.online.intervals.batches import LEAST_WIDTH, intervals
 EVERYWHERE, SLOW, ACCELERATED = 0, 1, 2
 """Groups of a sample; one that is slow and accelerated has the sum of both."""
 
-_GROUPS = 2
+_GROUPS = 2  # slow and accelerated samples
 _SLOW_SHARE = 0.25
 """Speed below which a sample is slow, over the largest so far: a Stribeck velocity is some 1 % to
 10 % of it."""
