@@ -265,6 +265,25 @@ def test_a_guard_that_stops_a_blocked_axis_goes_on_to_hold_its_load(side: float)
     assert v == 0.0
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("holds", [True, False])
+def test_a_guard_goes_on_to_hold_what_creeps_out_of_its_travel(side: float, holds: bool) -> None:
+    """An effort to the inside has nearly held its load; one to the outside holds nothing."""
+    period = 1e-2
+    vector = guarded(3.0, period=period).init().guard
+    g = guard_kernels.fields(vector)
+    g.low, g.high = -0.1 * WAY, 0.1 * WAY
+    x, v = 0.0, side * 5e-4
+    for k in range(300):
+        guard_kernels.admit(vector, k * period, STEP * round(x / STEP), nan, nan, nan)
+        effort = guard_kernels.release(vector, True, (-1.4 if holds else 1.001) * side * FRICTION)
+        for _ in range(round(period / FINE)):
+            x, v = advanced(x, v, effort + (2.4 * side * FRICTION if holds else 0.0))
+    assert g.fault in (guard_kernels.TRAVEL, guard_kernels.LOAD)
+    assert abs(x) < 0.12 * WAY
+    assert v == 0.0
+
+
 def test_an_effort_of_the_wrong_sign_with_pauses_is_stopped() -> None:
     """Pauses of two samples hide the sign until the axis leaves its travel."""
     vector, x, v, farthest = guarded(10.0).init().guard, 0.0, 0.0, 0.0

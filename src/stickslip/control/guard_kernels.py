@@ -135,6 +135,7 @@ _ALIKE = 8  # samples: a slow sensor may repeat some
 _SLOWS = 0.9  # of the mean speed of a time: a lower one at its end shows no load
 _CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
 _STANDS = 20  # samples without motion under an effort
+_STILL_SHARE = 0.25  # of what an effort adds to the speed in a sample: it moves what stands less
 _HELD = 0.75  # of the effort limit: friction certainly holds no more
 
 
@@ -411,11 +412,14 @@ def _begin_braking(g: Any) -> None:
     """Begin a plan of braking at the state of the axis.
 
     It takes the speed away evenly, soon enough to stop within the travel, as far as the effort
-    limit allows. Of the load it knows what held the axis before it was let go, or what effort has
-    not moved it.
+    limit allows. The load is that which held the axis before it was let go, or that of an effort
+    under which it stood, or crept out of its travel.
     """
     x, v, T = g.x, g.v, g.period
-    stood = g.fault in (BLOCKED, TIME) and abs(v) * T <= g.velocity_resolution * T + g.resolution
+    inward = (g.above > 0 and g.effort < 0.0) or (g.below > 0 and g.effort > 0.0)
+    held = g.fault in (BLOCKED, TIME) or (g.fault == TRAVEL and inward)
+    slow = _STILL_SHARE * abs(g.effort) * T / _mass(g) + g.velocity_resolution + g.resolution / T
+    stood = held and abs(v) <= slow
     if g.kept == 0:
         g.hold = g.effort if stood else 0.0
     g.anchored, g.anchor, g.pace, g.quiet, g.quiet_x = 1, x, v, 0, x
