@@ -345,3 +345,9 @@ def test_plans_beside_the_loop_land_the_arm_and_what_follows_a_rest_is_planned_a
     assert abs(path[-1, 0] - 1.0) <= WITHIN
     assert state.drive.gain == pytest.approx(1.03, rel=1e-3)
     assert any("anew" in phase.reason for phase in state.phases)
+
+
+def test_a_fit_to_an_effort_of_the_wrong_sign_has_no_delay() -> None:
+    """No share of the effort is positive; 0/0 would be the delay."""
+    values = -np.abs(FIRST.values)
+    assert replace(FIRST, values=values, rows=10).delay == 0.0

@@ -53,9 +53,10 @@ class DriveFit:
 
     @property
     def delay(self) -> float:
-        """Delay of the drive, in samples [-]."""
+        """Delay of the drive, in samples [-]; 0 where no share of the effort is positive."""
         share = np.maximum(self.values[:LAGS], 0.0)
-        seen = float(share @ np.arange(LAGS) / share.sum()) if self.rows else 0.0
+        total = float(share.sum())
+        seen = float(share @ np.arange(LAGS)) / total if self.rows and total > 0.0 else 0.0
         return max(seen - self.lag, 0.0)
 
     @property
