@@ -55,8 +55,8 @@ _MANY = 6  # pushes to one side until then: a load, though the effort against it
 RELEASES = 2  # times an axis is let go until what moves it again is a load
 _SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
-SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
-VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
+_SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
+_VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
 STRONGEST_PUSH = 1.2  # of the effort limit: a push
 _GAIN = 0.8  # of the speed is taken away in a sample of a push
 _NOISY = 0.2  # of the effort limit: that of an error of the speed; a larger one lowers the gain
@@ -92,7 +92,7 @@ def remember(p: Any, x: float) -> None:
     p.one_way += 1
     if p.past_count == 0 or forward * (x - p.farthest) > 0.0:
         p.farthest = x
-    elif forward * (x - p.farthest) < -VISIBLE * p.noise:
+    elif forward * (x - p.farthest) < -_VISIBLE * p.noise:
         p.farthest, p.ahead, p.one_way = x, 1 - p.ahead, 0
     p.past_count = min(p.past_count + 1, KEPT)
     acted = p.past_count < PAST
@@ -146,7 +146,7 @@ def _by_impulse(p: Any) -> tuple[float, float]:
 @compiled()
 def _stands(p: Any) -> bool:
     """Return whether an axis that is held shows no motion since it came to rest."""
-    seen = VISIBLE * p.noise
+    seen = _VISIBLE * p.noise
     still = abs(p.past[0] - p.past[PAST - 1]) <= seen
     still = still and (p.quiet == 0 or abs(p.past[0] - p.stood) <= seen)
     if p.quiet == 0:
@@ -209,6 +209,14 @@ def coasts(p: Any, target: float) -> bool:
 
 
 @compiled()
+def becomes_faster(p: Any) -> bool:
+    """Return whether the last two steps are no noise, to one side, and the second no shorter."""
+    new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
+    faster = abs(new) >= abs(old) and old * new > _SURE * new * new
+    return faster and abs(new + old) > _VISIBLE * p.noise
+
+
+@compiled()
 def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     """Return whether an axis that should rest runs away without becoming slower.
 
@@ -217,9 +225,8 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     not pushed if it vibrates: effort would excite the vibration.
     """
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
-    faster = abs(new) >= abs(old) and old * new > SURE * new * new
-    faster = faster and abs(new + old) > VISIBLE * p.noise
-    jumps = rested and abs(old) <= SURE * abs(new) and abs(new) > VISIBLE * p.noise
+    faster = becomes_faster(p)
+    jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= STRONGEST_PUSH * p.limit * p.period * p.period
     steady = p.shaken == 0 and p.swung == 0 and (p.fast == 0 or p.turns <= _TURNS)
     may = (p.held > 0 and p.swung == 0) or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
@@ -476,7 +483,7 @@ def _runs_along_brake(p: Any, m: float, F: float) -> bool:
     """Return whether an axis runs along the effort that should brake it, ever faster."""
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = p.brake * old > 0.0 and new * old >= old * old
-    return faster and abs(new + old) > VISIBLE * p.noise and _runs(p, m, F, new / p.period)
+    return faster and abs(new + old) > _VISIBLE * p.noise and _runs(p, m, F, new / p.period)
 
 
 @compiled()

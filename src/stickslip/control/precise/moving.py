@@ -25,8 +25,7 @@ from typing import Any
 from stickslip.compiled import compiled
 from stickslip.control.precise.braking import (
     STRONGEST_PUSH,
-    SURE,
-    VISIBLE,
+    becomes_faster,
     lowered,
     start_braking,
     start_holding_load,
@@ -453,11 +452,9 @@ def vibrates(p: Any) -> bool:
 @compiled()
 def _falls_back(p: Any) -> bool:
     """Return whether a load moves an axis against its move, from rest and ever faster."""
-    sign = direction(p)
-    new, old = sign * (p.past[1] - p.past[0]), sign * (p.past[2] - p.past[1])
-    faster = new >= old > SURE * new and new + old > VISIBLE * p.noise
+    back = direction(p) * (p.past[0] - p.past[1]) < 0.0
     rested = p.seen == 0 and p.shaken == 0 and p.way > 0.0
-    return rested and faster and p.glitch != 1 and p.past_count >= PAST
+    return rested and back and becomes_faster(p) and p.glitch != 1 and p.past_count >= PAST
 
 
 @compiled()
