@@ -410,8 +410,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     """Position a rigid axis: a fast move with feedback, then pulses.
 
     A way that a pulse would take longer for is gone as a move from rest to rest, with the largest
-    effort first and a planned braking. Behind an unknown delay it lasts the more samples the less
-    is certain of friction: six if nothing is. Mass, friction and delay are learned during the move
+    effort first and a planned braking. It lasts the more samples the less is certain of friction:
+    six if nothing is. Mass, friction and delay are learned during the move
     (`stickslip.control.precise.learning`), and the feedback plans each sample with them. The pulses
     of an `ExactPulseController` begin with what it has learned, and correct what is left. An axis
     that is pushed from its rest is held, and moves to the target again. One that moves whenever it

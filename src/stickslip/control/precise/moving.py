@@ -78,7 +78,7 @@ _SLOW = 6  # samples from one change to the next: feedback can damp what is slow
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
-_FEWEST = 7.0  # samples of a move behind an unknown delay, per standard deviation of log F
+_FEWEST = 6.0  # samples of a move, at least, per standard deviation of log F
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _USED = 0.9  # of the limit: by the last part as it is planned first
@@ -127,7 +127,7 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     m, F, _ = model(p)
     i = COULOMB + p.backward
     fewest = max(_FEWEST * math.sqrt(covariance[i, i]), 1.0) * p.period
-    p.move_effort = p.most if p.known else min(p.most, _lasting(m, F, p.way, fewest))
+    p.move_effort = min(p.most, _lasting(m, F, p.way, fewest))
     p.shortest = shortest(m, min(F, 0.9 * p.move_effort), p.move_effort, p.way) / p.period
     p.longest = int(_LONGER * p.shortest) + _SLACK
 

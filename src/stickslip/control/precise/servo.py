@@ -25,7 +25,7 @@ _SHORT = 0.2  # of the tolerance: F T^2/(2 m) at most, the displacement by frict
 _NOISE = 0.1  # of the effort limit: the effort by noise at most
 # Durations of the first profile, and [s]: a servo that has not settled after both has failed
 _LONGEST, _LEAST_TIME = 8.0, 0.3
-_BLOCKED = 0.1  # error over the travel of the profile [-], above which a resting axis is blocked
+_BLOCKED = 0.1  # of the way of the move: error above which a resting axis is blocked
 # Changes of sign of a saturated effort without a rest at the target: a servo with more is unstable
 _MOST_SWINGS = 6
 
@@ -95,7 +95,8 @@ def servo_effort(p: Any, x: float) -> float:
         p.saturated = sign
     elif p.unsettled == 0:
         p.swings = 0
-    blocked = s.rested >= s.rest_samples and abs(s.e) > _BLOCKED * abs(s.target - s.start)
+    way = max(p.way, abs(s.target - s.start))
+    blocked = s.rested >= s.rest_samples and abs(s.e) > _BLOCKED * way
     slow = p.unsettled * p.period > p.patience
     if slow or (blocked and p.unsettled > 0) or p.swings > _MOST_SWINGS:
         p.moving, p.servo_failed = 0, 1
