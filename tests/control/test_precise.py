@@ -21,6 +21,7 @@ from stickslip import (
 from stickslip.control import PreciseController, RestDetection
 from stickslip.control.precise import braking
 from stickslip.control.precise import learning as at
+from stickslip.control.precise.servo import servo_effort, start_servo
 from stickslip.control.pulses import exact_learning, exact_state
 from stickslip.control.pulses.kernel import head
 from stickslip.records import PositioningOutcome
@@ -681,3 +682,20 @@ def test_an_axis_that_is_pushed_while_it_waits_is_judged_at_its_next_rest() -> N
             break
     assert head(state[at.SIZE :]).rest == x
     assert effort < 0.0
+
+
+@pytest.mark.parametrize(("off", "given_up"), [(0.9e-3, False), (2e-3, True)])
+def test_a_servo_is_given_up_where_more_than_a_tenth_of_the_way_is_left(
+    off: float, given_up: bool
+) -> None:
+    """An axis stands so far from its target after a move of 10 mm, and does not move."""
+    controller = PreciseController(pulses=replace(PULSES, sampling_time=1e-3))
+    state = controller.init()
+    p, own = at.own_fields(state), exact_state.own_fields(state[at.SIZE :])
+    p.way = 0.01
+    start_servo(p, own, 0.01, 0.01 - off, 0.0)
+    for _ in range(100):
+        servo_effort(p, 0.01 - off)
+        if p.moving != at.SERVO:
+            break
+    assert bool(p.servo_failed) is given_up

@@ -54,6 +54,7 @@ OWN_DTYPE = np.dtype(
         ("limit", "f8"),  # of the effort
         ("most", "f8"),  # effort of moves, at most
         ("move_effort", "f8"),  # largest effort of this move
+        ("reserve", "f8"),  # of it: what is left to feedback
         ("noise", "f8"),  # standard deviation of a sampled position
         ("bend", "f8"),  # way after which friction is taken to be complete
         ("known", "i8"),  # 1 if the delay is known, or learned

@@ -56,7 +56,10 @@ from stickslip.control.precise.learning import (
 from stickslip.control.pulses.exact_state import COULOMB
 from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
 
-_PLANNED = 0.85  # of the limit: braking, so that the feedback can brake more
+# Of the limit: what feedback may take beyond the plan. It is less in the first move to a target if
+# log F has a standard deviation of less than this
+_RESERVE, _UNSURE = 0.1, 0.1
+_PLANNED = 0.95  # of the limit: braking, less the reserve
 _LAST = 8  # samples: the longest last part
 _QUIET = 0.03  # of the limit: effect of noise on an effort up to which the last part is replanned
 _ROUGH_FRICTION = 0.05  # of the friction: what no law has, for the estimation of the velocity
@@ -81,10 +84,11 @@ _LONGER = 3.0  # times the shortest time that a move may last
 _FEWEST = 6.0  # samples of a move, at least, per standard deviation of log F
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
-_USED = 0.9  # of the limit: by the last part as it is planned first
 _HOLDS = 0.25  # of the limit: friction that may hold the axis
 _GLIDES = 0.08  # of half the tolerance: the last way, in which friction alone stops the axis
-_TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
+# Way in samples of braking that is left for a last part which ends gently, and more of it per
+# reserve
+_TAPER, _TAPER_MORE = 1.0, 5.0
 _FREES = 0.98  # of the limit: an effort that moves any axis which is not blocked
 _STUCK = 0.9  # of the strongest effort: friction that explains why the axis has not moved
 _STOPPING = 6  # samples: an axis that does not stop on the plan is stopped for so long
@@ -126,7 +130,9 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     begin(p, values, covariance)
     m, F, _ = model(p)
     i = COULOMB + p.backward
-    fewest = max(_FEWEST * math.sqrt(covariance[i, i]), 1.0) * p.period
+    unsure = math.sqrt(covariance[i, i])
+    p.reserve = _RESERVE * (min(unsure / _UNSURE, 1.0) if p.moves == 1 else 1.0)
+    fewest = max(_FEWEST * unsure, 1.0) * p.period
     p.move_effort = min(p.most, _lasting(m, F, p.way, fewest))
     p.shortest = shortest(m, min(F, 0.9 * p.move_effort), p.move_effort, p.way) / p.period
     p.longest = int(_LONGER * p.shortest) + _SLACK
@@ -310,7 +316,7 @@ def _of_last(p: Any, k: int, speed: float) -> float:
 @compiled()
 def _can_end(p: Any, e: float, v: float, speed: float) -> bool:
     """Plan the last part with the least number of samples within the limit, if there is one."""
-    F, most = model(p)[1], _USED * p.move_effort
+    F, most = model(p)[1], (1.0 - p.reserve) * p.move_effort
     for n in range(_FIRST, _LAST + 1):
         _plan_last(p, e, v, n)
         push, brake = _of_last(p, n - 1, speed), _of_last(p, 0, 0.0)
@@ -384,8 +390,8 @@ def _decide(p: Any) -> float:
         return _stop(p, e, v, speed)
     push = (p.move_effort - F - c * v) / m
     x_1, v_1 = v * T + 0.5 * push * T * T, v + push * T
-    b = max(_PLANNED * p.move_effort + F, 0.1 * p.move_effort) / m
-    gentle = _TAPER * b * T * T
+    b = max((_PLANNED - p.reserve) * p.move_effort + F, 0.1 * p.move_effort) / m
+    gentle = (_TAPER + _TAPER_MORE * p.reserve) * b * T * T
     if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - gentle - x_1):
         return p.move_effort
     if _can_end(p, e, v, speed):
