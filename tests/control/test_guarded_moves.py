@@ -9,6 +9,7 @@ from math import inf, nan
 
 import numpy as np
 import pytest
+from jaxtyping import Float
 
 from stickslip.control import (
     ExactPulseController,
@@ -116,6 +117,34 @@ def moved(
     return Moved(outcome, str(guard.why(state)), x, v, farthest, wrong)
 
 
+def commanded(
+    vector: Float[np.ndarray, " g"],
+    command: Callable[[int], float],
+    *,
+    samples: int,
+    load: float = 0.0,
+    sign: float = 1.0,
+    noise: tuple[float, int] = (0.0, 0),
+    speed: float = 0.0,
+) -> tuple[float, float, float]:
+    """Send the commands of samples through a guard to the axis.
+
+    Returns its position, speed, and farthest distance from the start. ``noise`` is its standard
+    deviation and the seed.
+    """
+    period = guard_kernels.fields(vector).period
+    generator = np.random.default_rng(noise[1])
+    x, v, farthest = 0.0, speed, 0.0
+    for k in range(samples):
+        seen = STEP * round((x + noise[0] * float(generator.normal())) / STEP)
+        guard_kernels.admit(vector, k * period, seen, nan, nan, nan)
+        effort = guard_kernels.release(vector, True, command(k))
+        for _ in range(round(period / FINE)):
+            x, v = advanced(x, v, sign * effort + load)
+        farthest = max(farthest, abs(x))
+    return x, v, farthest
+
+
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize("limit", [3.0, 10.0, 30.0])
 def test_a_travel_with_a_fifth_of_the_way_to_spare_is_enough(limit: float, side: float) -> None:
@@ -142,15 +171,12 @@ def test_an_effort_of_the_wrong_sign_is_stopped_at_the_start(
 def test_an_interrupted_effort_of_the_wrong_sign_is_stopped(
     limit: float, noise: float, pattern: tuple[float, ...]
 ) -> None:
-    generator = np.random.default_rng(2)
     vector = guarded(limit, noise=noise).init().guard
-    x = v = 0.0
-    for k in range(100):
-        seen = STEP * round((x + noise * float(generator.normal())) / STEP)
-        guard_kernels.admit(vector, k * T, seen, nan, nan, nan)
-        effort = guard_kernels.release(vector, True, limit * pattern[k % len(pattern)])
-        for _ in range(round(T / FINE)):
-            x, v = advanced(x, v, -effort)
+
+    def command(k: int) -> float:
+        return limit * pattern[k % len(pattern)]
+
+    x, _, _ = commanded(vector, command, samples=100, sign=-1.0, noise=(noise, 2))
     assert guard_kernels.fields(vector).fault == guard_kernels.SIGN
     assert -2.0 * WAY < x < 0.0
 
@@ -233,16 +259,9 @@ def test_a_guard_holds_an_axis_that_creeps_in_noise(seed: int, side: float) -> N
     """The noise of the accelerations is six times the load."""
     period, noise, load = 1e-3, 1e-6, 1.6 * side * FRICTION
     vector = guarded(3.0, noise=noise, period=period).init().guard
-    generator = np.random.default_rng(seed)
     g = guard_kernels.fields(vector)
     g.fault = guard_kernels.TRAVEL
-    x = v = 0.0
-    for k in range(1000):
-        seen = STEP * round((x + noise * float(generator.normal())) / STEP)
-        guard_kernels.admit(vector, k * period, seen, nan, nan, nan)
-        effort = guard_kernels.release(vector, True, 0.0)
-        for _ in range(round(period / FINE)):
-            x, v = advanced(x, v, effort + load)
+    x, v, _ = commanded(vector, lambda _: 0.0, samples=1000, load=load, noise=(noise, seed))
     assert abs(x) < 0.5 * WAY
     assert abs(g.hold + load) < 1.2 * FRICTION
     assert abs(v) < 0.1 * WAY
@@ -252,14 +271,8 @@ def test_a_guard_holds_an_axis_that_creeps_in_noise(seed: int, side: float) -> N
 def test_a_guard_that_stops_a_blocked_axis_goes_on_to_hold_its_load(side: float) -> None:
     """Nearly the whole limit holds 80 % of it; without an effort the axis would fall."""
     vector, load = guarded(3.0).init().guard, 2.4 * side * FRICTION
-    x = v = 0.0
-    farthest = 0.0
-    for k in range(1500):
-        guard_kernels.admit(vector, k * T, STEP * round(x / STEP), nan, nan, nan)
-        effort = guard_kernels.release(vector, True, -2.97 * side * FRICTION)
-        for _ in range(round(T / FINE)):
-            x, v = advanced(x, v, effort + load)
-        farthest = max(farthest, abs(x))
+    against = -2.97 * side * FRICTION
+    _, v, farthest = commanded(vector, lambda _: against, samples=1500, load=load)
     assert guard_kernels.fields(vector).fault == guard_kernels.LOAD
     assert farthest < 0.1 * WAY
     assert v == 0.0
@@ -273,12 +286,9 @@ def test_a_guard_goes_on_to_hold_what_creeps_out_of_its_travel(side: float, hold
     vector = guarded(3.0, period=period).init().guard
     g = guard_kernels.fields(vector)
     g.low, g.high = -0.1 * WAY, 0.1 * WAY
-    x, v = 0.0, side * 5e-4
-    for k in range(300):
-        guard_kernels.admit(vector, k * period, STEP * round(x / STEP), nan, nan, nan)
-        effort = guard_kernels.release(vector, True, (-1.4 if holds else 1.001) * side * FRICTION)
-        for _ in range(round(period / FINE)):
-            x, v = advanced(x, v, effort + (2.4 * side * FRICTION if holds else 0.0))
+    effort = (-1.4 if holds else 1.001) * side * FRICTION
+    load = 2.4 * side * FRICTION if holds else 0.0
+    x, v, _ = commanded(vector, lambda _: effort, samples=300, load=load, speed=side * 5e-4)
     assert g.fault in (guard_kernels.TRAVEL, guard_kernels.LOAD)
     assert abs(x) < 0.12 * WAY
     assert v == 0.0
@@ -286,14 +296,12 @@ def test_a_guard_goes_on_to_hold_what_creeps_out_of_its_travel(side: float, hold
 
 def test_an_effort_of_the_wrong_sign_with_pauses_is_stopped() -> None:
     """Pauses of two samples hide the sign until the axis leaves its travel."""
-    vector, x, v, farthest = guarded(10.0).init().guard, 0.0, 0.0, 0.0
-    for k in range(400):
-        guard_kernels.admit(vector, k * T, STEP * round(x / STEP), nan, nan, nan)
-        pattern = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
-        effort = guard_kernels.release(vector, True, 10.0 * pattern[k % len(pattern)])
-        for _ in range(round(T / FINE)):
-            x, v = advanced(x, v, -effort)
-        farthest = max(farthest, abs(x))
+    vector, pattern = guarded(10.0).init().guard, (1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
+
+    def command(k: int) -> float:
+        return 10.0 * pattern[k % len(pattern)]
+
+    _, v, farthest = commanded(vector, command, samples=400, sign=-1.0)
     assert guard_kernels.fields(vector).fault == guard_kernels.SIGN
     assert farthest < 4.0 * WAY
     assert v == 0.0
