@@ -201,6 +201,12 @@ def lag_of(h: int) -> float:
 
 
 @compiled()
+def brief(p: Any) -> bool:
+    """Return whether feedback hardly corrects a move with the whole limit."""
+    return 2.0 * math.sqrt(p.mass * p.way / p.limit) < _BRIEF * p.period
+
+
+@compiled()
 def begin(p: Any, values: Any, covariance: Any) -> None:
     """Begin with what the pulses have learned: a Gaussian of logarithms."""
     side = p.backward
@@ -216,7 +222,7 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
         # Its variance is that of a log-normal, which is skewed to larger values
         wide = math.exp(covariance[i, i]) * math.expm1(covariance[i, i]) / covariance[i, i]
         # One standard deviation less: in a move of few samples too much effort is the worse error
-        if 2.0 * math.sqrt(p.mass * p.way / p.limit) < _BRIEF * p.period:
+        if brief(p):
             low = math.exp(-math.sqrt(covariance[i, i]))
     for lag in range(LAGS):
         # A lagging effort first has to exceed friction, which takes its impulse until then

@@ -42,6 +42,7 @@ from stickslip.control.precise.learning import (
     TAUGHT,
     acting,
     begin,
+    brief,
     choose,
     delay_of,
     direction,
@@ -81,7 +82,9 @@ _SLOW = 6  # samples from one change to the next: feedback can damp what is slow
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
-_FEWEST = 6.0  # samples of a move, at least, per standard deviation of log F
+# Samples of a move, at least, per standard deviation of log F; more of them behind an unknown delay,
+# and where few would do
+_FEWEST, _LONGER_UNKNOWN = 6.0, 1.0
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _HOLDS = 0.25  # of the limit: friction that may hold the axis
@@ -132,8 +135,10 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     i = COULOMB + p.backward
     unsure = math.sqrt(covariance[i, i])
     p.reserve = _RESERVE * (min(unsure / _UNSURE, 1.0) if p.moves == 1 else 1.0)
-    fewest = max(_FEWEST * unsure, 1.0) * p.period
-    p.move_effort = min(p.most, _lasting(m, F, p.way, fewest))
+    surely = p.known and p.moves > 1
+    longer = 0.0 if p.known and not brief(p) else _LONGER_UNKNOWN
+    fewest = max((_FEWEST + longer) * unsure, 1.0) * p.period
+    p.move_effort = p.most if surely else min(p.most, _lasting(m, F, p.way, fewest))
     p.shortest = shortest(m, min(F, 0.9 * p.move_effort), p.move_effort, p.way) / p.period
     p.longest = int(_LONGER * p.shortest) + _SLACK
 

@@ -25,6 +25,7 @@ _SHORT = 0.2  # of the tolerance: F T^2/(2 m) at most, the displacement by frict
 _NOISE = 0.1  # of the effort limit: the effort by noise at most
 # Durations of the first profile, and [s]: a servo that has not settled after both has failed
 _LONGEST, _LEAST_TIME = 8.0, 0.3
+_TOO_FAR = 0.5  # factor of Coulomb friction after a profile that went beyond its target
 _BLOCKED = 0.1  # of the way of the move: error above which a resting axis is blocked
 # Changes of sign of a saturated effort without a rest at the target: a servo with more is unstable
 _MOST_SWINGS = 6
@@ -86,6 +87,8 @@ def servo_effort(p: Any, x: float) -> float:
     """Return the effort of the servo until the next sample; it ends with `moving` 0."""
     s = p.servo
     if profile.rests_off_target(s):
+        if (s.target - x) * (s.target - s.start) < 0.0:
+            s.coulomb[s.backward] *= _TOO_FAR
         profile.begin(s, x, 0.0)
     u = profile.next_effort(s, x, math.nan)
     p.unsettled = 0 if profile.rests_at_target(s) else p.unsettled + 1
