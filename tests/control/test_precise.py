@@ -19,6 +19,7 @@ from stickslip import (
     StribeckFriction,
 )
 from stickslip.control import PreciseController, RestDetection
+from stickslip.control.feedback import profile_kernels
 from stickslip.control.precise import braking
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.servo import servo_effort, start_servo
@@ -699,3 +700,18 @@ def test_a_servo_is_given_up_where_more_than_a_tenth_of_the_way_is_left(
         if p.moving != at.SERVO:
             break
     assert bool(p.servo_failed) is given_up
+
+
+@pytest.mark.parametrize(("goes", "share"), [(1.01, 0.5), (0.99, 1.0)])
+def test_a_servo_that_goes_too_far_feeds_less_friction_forward(goes: float, share: float) -> None:
+    """The axis follows a profile of 10 mm, and rests 0.1 mm beyond its target, or before it."""
+    state = PreciseController(pulses=replace(PULSES, sampling_time=1e-3)).init()
+    p, own = at.own_fields(state), exact_state.own_fields(state[at.SIZE :])
+    p.way = 0.01
+    start_servo(p, own, 0.01, 0.0, 0.0)
+    before = p.servo.coulomb.copy()
+    while p.servo.start == 0.0:
+        r, _, _ = profile_kernels.reference(p.servo, p.servo.samples * 1e-3)
+        servo_effort(p, goes * r)
+    assert p.servo_failed == 0
+    assert p.servo.coulomb.tolist() == [share * before[0], before[1]]

@@ -410,17 +410,17 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     """Position a rigid axis: a fast move with feedback, then pulses.
 
     A way that a pulse would take longer for is gone as a move from rest to rest, with the largest
-    effort first and a planned braking. It lasts the more samples the less is certain of friction:
-    six if nothing is. Mass, friction and delay are learned during the move
-    (`stickslip.control.precise.learning`), and the feedback plans each sample with them. The pulses
-    of an `ExactPulseController` begin with what it has learned, and correct what is left. An axis
-    that is pushed from its rest is held, and moves to the target again. One that moves whenever it
-    is let go is under a load above friction: it is held for good, with the outcome ``STOPPED``. One
-    that vibrates during a move is braked, and moves on with three times the effort of friction. At
-    short sampling times the servo of a `ProfileController` positions it instead; if that fails,
-    pulses follow. Where pulses have not halved the error, the next one waits for what may swing on
-    the axis, the longer the farther the last ones have moved it; where no pulse seems to help,
-    the controller waits 0.3 s and then 0.6 s, and tries again.
+    effort first and a planned braking. The first one lasts the more samples the less is certain of
+    friction: six behind an unknown delay if nothing is. Mass, friction and delay are learned during
+    the move (`stickslip.control.precise.learning`), and the feedback plans each sample with them.
+    The pulses of an `ExactPulseController` begin with what it has learned, and correct what is
+    left. An axis that is pushed from its rest is held, and moves to the target again. One that
+    moves whenever it is let go is under a load above friction: it is held for good, with the
+    outcome ``STOPPED``. One that vibrates during a move is braked, and moves on with three times
+    the effort of friction. At short sampling times the servo of a `ProfileController` positions it
+    instead; if that fails, pulses follow. Where pulses have not halved the error, the next one
+    waits for what may swing on the axis, the longer the farther the last ones have moved it; where
+    no pulse seems to help, the controller waits 0.3 s and then 0.6 s, and tries again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
 

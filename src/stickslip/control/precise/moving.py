@@ -82,8 +82,8 @@ _SLOW = 6  # samples from one change to the next: feedback can damp what is slow
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
-# Samples of a move, at least, per standard deviation of log F; more of them behind an unknown delay,
-# and where few would do
+# Samples of a move, at least, per standard deviation of log F; more of them where few would do, and
+# behind an unknown delay
 _FEWEST, _LONGER_UNKNOWN = 6.0, 1.0
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
@@ -135,10 +135,10 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     i = COULOMB + p.backward
     unsure = math.sqrt(covariance[i, i])
     p.reserve = _RESERVE * (min(unsure / _UNSURE, 1.0) if p.moves == 1 else 1.0)
-    surely = p.known and p.moves > 1
-    longer = 0.0 if p.known and not brief(p) else _LONGER_UNKNOWN
+    again = p.known == 1 and p.moves > 1
+    longer = 0.0 if p.known == 1 and not brief(p) else _LONGER_UNKNOWN
     fewest = max((_FEWEST + longer) * unsure, 1.0) * p.period
-    p.move_effort = p.most if surely else min(p.most, _lasting(m, F, p.way, fewest))
+    p.move_effort = p.most if again else min(p.most, _lasting(m, F, p.way, fewest))
     p.shortest = shortest(m, min(F, 0.9 * p.move_effort), p.move_effort, p.way) / p.period
     p.longest = int(_LONGER * p.shortest) + _SLACK
 
