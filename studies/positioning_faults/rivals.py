@@ -7,6 +7,7 @@ import argparse
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from math import isfinite
 from pathlib import Path
 
@@ -121,21 +122,31 @@ def _known(axis: Axis, generator: np.random.Generator) -> Axis:
     return replace(axis, tables={**axis.tables, "guess": {**axis.tables["guess"], **guess}})
 
 
-def known(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) -> str:
-    """Return the table of the times without a fault, with friction known."""
+def _to_learn(axis: Axis, _: np.random.Generator) -> Axis:
+    """Return the axis with a controller to which friction is unknown, and the delay given."""
+    tables = _unguessed(axis).tables
+    return replace(axis, tables={**tables, "controller": {**tables["controller"], "delay": 0.0}})
+
+
+_FRICTION = {"known within 1 %": _known, "unknown, delay given": _to_learn}
+
+
+def faultless(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) -> str:
+    """Return the table of the times without a fault, with friction known, and to be learned."""
     rows = []
-    for sampling_time in sampling_times:
+    for sampling_time, (friction, given) in product(sampling_times, _FRICTION.items()):
         for ratio in track(ratios, transient=True):
             generator = np.random.default_rng([_SEED, 1])
             drawn = axes(count, _SEED, method="precise", sampling_time=sampling_time, ratio=ratio)
             shortest = np.array([shortest_time(axis) for axis in drawn])
-            moved = [move_axis(_known(axis, generator), AXIS_CASES[0]) for axis in drawn]
+            moved = [move_axis(given(axis, generator), AXIS_CASES[0]) for axis in drawn]
             if _unsafe(moved) or any(o.false for o in moved):
                 raise RuntimeError(f"a move at {sampling_time:g} s and {ratio:g} is wrong")
             median, most = _quantiles(moved, shortest)
             whole = np.ceil(shortest / sampling_time) * sampling_time / shortest
             rows.append(
                 [
+                    friction,
                     f"{1e3 * sampling_time:g} ms",
                     f"{ratio:g}",
                     f"{np.median(shortest / sampling_time):.1f}",
@@ -144,7 +155,7 @@ def known(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) 
                     f"{most:.2f}",
                 ]
             )
-    names = ["sampling time", "limit over friction", "shortest time [samples]"]
+    names = ["friction", "sampling time", "limit over friction", "shortest time [samples]"]
     return table([*names, "in whole samples, over the shortest", "median", "90 %"], rows)
 
 
@@ -182,11 +193,11 @@ def main() -> None:
     parser.add_argument("--axes", type=int, default=60)
     parser.add_argument("--sampling-times", type=float, nargs="*", default=[0.01, 0.001])
     parser.add_argument("--ratios", type=float, nargs="*", default=[3.0, 10.0, 30.0])
-    parser.add_argument("--known", action="store_true", help="with friction known, without faults")
+    parser.add_argument("--faultless", action="store_true", help="times without faults alone")
     parser.add_argument("--cases", nargs="*", default=[], help="parts of their names; all if none")
     given = parser.parse_args()
-    if given.known:
-        print(known(given.axes, given.sampling_times, given.ratios))  # noqa: T201
+    if given.faultless:
+        print(faultless(given.axes, given.sampling_times, given.ratios))  # noqa: T201
         return
     cases = [
         case for case in AXIS_CASES if not given.cases or any(n in case.name for n in given.cases)
