@@ -1,6 +1,7 @@
 """Compare controllers of a rigid axis: ``python -m studies.positioning_faults.rivals``.
 
-Prints one table for each sampling time and ratio of effort limit to friction.
+Prints one table for each sampling time and ratio of effort limit to friction, or one of all of them
+without faults.
 """
 
 import argparse
@@ -100,7 +101,7 @@ def _unheld(axis: Axis, case: Case) -> bool:
 
 
 def _unguessed(axis: Axis) -> Axis:
-    """Return the axis with a controller to which friction is unknown."""
+    """Return the axis without a guess of friction."""
     guess = {"mass": axis.tables["guess"]["mass"]}
     return replace(axis, tables={**axis.tables, "guess": guess})
 
@@ -122,26 +123,28 @@ def _known(axis: Axis, generator: np.random.Generator) -> Axis:
     return replace(axis, tables={**axis.tables, "guess": {**axis.tables["guess"], **guess}})
 
 
-def _to_learn(axis: Axis, _: np.random.Generator) -> Axis:
-    """Return the axis with a controller to which friction is unknown, and the delay given."""
+def _without_friction(axis: Axis, _: np.random.Generator) -> Axis:
+    """Return the axis without a guess of friction, and with its delay of 0 given."""
     tables = _unguessed(axis).tables
     return replace(axis, tables={**tables, "controller": {**tables["controller"], "delay": 0.0}})
 
 
-_FRICTION = {"known within 1 %": _known, "unknown, delay given": _to_learn}
+_PRIOR = {"known within 1 %, delay not given": _known, "unknown, delay given": _without_friction}
 
 
 def faultless(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) -> str:
-    """Return the table of the times without a fault, with friction known, and to be learned."""
+    """Return the table of settling times without faults, with friction known and unknown."""
     rows = []
-    for sampling_time, (friction, given) in product(sampling_times, _FRICTION.items()):
+    for sampling_time, (friction, prepared) in product(sampling_times, _PRIOR.items()):
         for ratio in track(ratios, transient=True):
             generator = np.random.default_rng([_SEED, 1])
             drawn = axes(count, _SEED, method="precise", sampling_time=sampling_time, ratio=ratio)
             shortest = np.array([shortest_time(axis) for axis in drawn])
-            moved = [move_axis(given(axis, generator), AXIS_CASES[0]) for axis in drawn]
+            moved = [move_axis(prepared(axis, generator), AXIS_CASES[0]) for axis in drawn]
             if _unsafe(moved) or any(o.false for o in moved):
-                raise RuntimeError(f"a move at {sampling_time:g} s and {ratio:g} is wrong")
+                raise RuntimeError(
+                    f"a move at {sampling_time:g} s and {ratio:g} is wrong: {friction}"
+                )
             median, most = _quantiles(moved, shortest)
             whole = np.ceil(shortest / sampling_time) * sampling_time / shortest
             rows.append(
@@ -193,7 +196,9 @@ def main() -> None:
     parser.add_argument("--axes", type=int, default=60)
     parser.add_argument("--sampling-times", type=float, nargs="*", default=[0.01, 0.001])
     parser.add_argument("--ratios", type=float, nargs="*", default=[3.0, 10.0, 30.0])
-    parser.add_argument("--faultless", action="store_true", help="times without faults alone")
+    parser.add_argument(
+        "--faultless", action="store_true", help="print the times without faults alone"
+    )
     parser.add_argument("--cases", nargs="*", default=[], help="parts of their names; all if none")
     given = parser.parse_args()
     if given.faultless:

@@ -127,10 +127,11 @@ def commanded(
     noise: tuple[float, int] = (0.0, 0),
     speed: float = 0.0,
 ) -> tuple[float, float, float]:
-    """Send the commands of samples through a guard to the axis.
+    """Apply one command a sample to the axis, through a guard.
 
-    Returns its position, speed, and farthest distance from the start. ``noise`` is its standard
-    deviation and the seed.
+    Returns position [m], speed [m/s] and largest distance from the start [m]. ``sign`` is that of
+    the effort at the axis, ``load`` a force [N], ``noise`` the standard deviation of a measured
+    position [m] and its seed, ``speed`` the initial one [m/s].
     """
     period = guard_kernels.fields(vector).period
     generator = np.random.default_rng(noise[1])

@@ -685,11 +685,11 @@ def test_an_axis_that_is_pushed_while_it_waits_is_judged_at_its_next_rest() -> N
     assert effort < 0.0
 
 
-@pytest.mark.parametrize(("off", "given_up"), [(0.9e-3, False), (2e-3, True)])
+@pytest.mark.parametrize(("off", "given_up"), [(0.95e-3, False), (1.05e-3, True)])
 def test_a_servo_is_given_up_where_more_than_a_tenth_of_the_way_is_left(
     off: float, given_up: bool
 ) -> None:
-    """An axis stands so far from its target after a move of 10 mm, and does not move."""
+    """The axis rests at this distance from its target after a move of 10 mm."""
     controller = PreciseController(pulses=replace(PULSES, sampling_time=1e-3))
     state = controller.init()
     p, own = at.own_fields(state), exact_state.own_fields(state[at.SIZE :])
@@ -710,8 +710,11 @@ def test_a_servo_that_goes_too_far_feeds_less_friction_forward(goes: float, shar
     p.way = 0.01
     start_servo(p, own, 0.01, 0.0, 0.0)
     before = p.servo.coulomb.copy()
-    while p.servo.start == 0.0:
+    for _ in range(500):
         r, _, _ = profile_kernels.reference(p.servo, p.servo.samples * 1e-3)
         servo_effort(p, goes * r)
+        if p.servo.start != 0.0:
+            break
+    assert p.servo.start == pytest.approx(0.01 * goes)
     assert p.servo_failed == 0
     assert p.servo.coulomb.tolist() == [share * before[0], before[1]]

@@ -409,18 +409,18 @@ def _blind(state: Float[np.ndarray, " s"]) -> tuple[Float[np.ndarray, " s"], flo
 class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     """Position a rigid axis: a fast move with feedback, then pulses.
 
-    A way that a pulse would take longer for is gone as a move from rest to rest, with the largest
-    effort first and a planned braking. The first one lasts the more samples the less is certain of
-    friction: six behind an unknown delay if nothing is. Mass, friction and delay are learned during
-    the move (`stickslip.control.precise.learning`), and the feedback plans each sample with them.
-    The pulses of an `ExactPulseController` begin with what it has learned, and correct what is
-    left. An axis that is pushed from its rest is held, and moves to the target again. One that
-    moves whenever it is let go is under a load above friction: it is held for good, with the
-    outcome ``STOPPED``. One that vibrates during a move is braked, and moves on with three times
-    the effort of friction. At short sampling times the servo of a `ProfileController` positions it
-    instead; if that fails, pulses follow. Where pulses have not halved the error, the next one
-    waits for what may swing on the axis, the longer the farther the last ones have moved it; where
-    no pulse seems to help, the controller waits 0.3 s and then 0.6 s, and tries again.
+    A distance for which a pulse would take longer is covered by a move from rest to rest: largest
+    effort, then planned braking. The shortest duration of the first move grows with the uncertainty
+    of friction: six samples if friction and delay are unknown. Mass, friction and delay are learned
+    in the move (`stickslip.control.precise.learning`); feedback plans each sample with them. The
+    pulses of an `ExactPulseController` begin with what it has learned, and correct what is left. An
+    axis that is pushed from rest is held, and returns. One that moves whenever it is let go is
+    under a load above friction: it is held for good, with the outcome ``STOPPED``. One that
+    vibrates during a move is braked, and moves on with three times the effort of friction. At short
+    sampling times the servo of a `ProfileController` positions it instead; if that fails, pulses
+    follow. Where pulses have not halved the error, the next one waits for what may swing on the
+    axis, the longer the farther the last ones have moved it; where no pulse seems to help, it waits
+    0.3 s and then 0.6 s, and tries again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
 
@@ -553,6 +553,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
             p.loaded = p.held = p.brake_left = 0
         if p.moving == SERVO:
             p.servo.target, p.servo.phase, p.unsettled = target, profile_kernels.RETARGETED, 0
+            p.way = abs(target - p.servo.x)
         if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest

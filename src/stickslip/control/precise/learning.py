@@ -54,7 +54,7 @@ OWN_DTYPE = np.dtype(
         ("limit", "f8"),  # of the effort
         ("most", "f8"),  # effort of moves, at most
         ("move_effort", "f8"),  # largest effort of this move
-        ("reserve", "f8"),  # of it: what is left to feedback
+        ("reserve", "f8"),  # share of it that the plan does not use
         ("noise", "f8"),  # standard deviation of a sampled position
         ("bend", "f8"),  # way after which friction is taken to be complete
         ("known", "i8"),  # 1 if the delay is known, or learned
@@ -201,8 +201,8 @@ def lag_of(h: int) -> float:
 
 
 @compiled()
-def brief(p: Any) -> bool:
-    """Return whether feedback hardly corrects a move with the whole limit."""
+def is_brief(p: Any) -> bool:
+    """Return whether feedback hardly corrects the move, as it is too short at the whole limit."""
     return 2.0 * math.sqrt(p.mass * p.way / p.limit) < _BRIEF * p.period
 
 
@@ -222,7 +222,7 @@ def begin(p: Any, values: Any, covariance: Any) -> None:
         # Its variance is that of a log-normal, which is skewed to larger values
         wide = math.exp(covariance[i, i]) * math.expm1(covariance[i, i]) / covariance[i, i]
         # One standard deviation less: in a move of few samples too much effort is the worse error
-        if brief(p):
+        if is_brief(p):
             low = math.exp(-math.sqrt(covariance[i, i]))
     for lag in range(LAGS):
         # A lagging effort first has to exceed friction, which takes its impulse until then

@@ -3,11 +3,11 @@
 In each sample the state is taken forward over the delay, with the commands that are on their way.
 From there on there are three parts:
 
-1. Largest effort, as long as a stop at the target is possible after one more sample of it, with the
-   planned share of the limit.
+1. Largest effort, as long as a stop at the target is possible after one more sample of it, with
+   0.95 - r of the effort of the move. The reserve r for feedback is 0.1 at most.
 2. The acceleration a after which the state is on the curve of that stop, v^2 = 2 b (e - e_0):
-   (v + a T)^2 = 2 b (e - e_0 - v T - a T^2/2). The way e_0 = 1.5 b T^2 costs one sample, and lets
-   the last part end with a third of the braking, and so of what is wrong with it.
+   (v + a T)^2 = 2 b (e - e_0 - v T - a T^2/2). The distance e_0 = (1 + 5 r) b T^2 lets the last
+   part end with less effort than the braking, and so with less of the error of the model.
 3. As soon as n samples within the limit lead almost to rest at the target, those with the least sum
    of squares of the force f = u - F, planned anew in each sample as long as noise is small beside
    what it changes. A sample of f and k more without it add, with z = c T/m,
@@ -42,10 +42,10 @@ from stickslip.control.precise.learning import (
     TAUGHT,
     acting,
     begin,
-    brief,
     choose,
     delay_of,
     direction,
+    is_brief,
     lag_of,
     lagging,
     learn,
@@ -57,10 +57,11 @@ from stickslip.control.precise.learning import (
 from stickslip.control.pulses.exact_state import COULOMB
 from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
 
-# Of the limit: what feedback may take beyond the plan. It is less in the first move to a target if
-# log F has a standard deviation of less than this
-_RESERVE, _UNSURE = 0.1, 0.1
-_PLANNED = 0.95  # of the limit: braking, less the reserve
+_RESERVE = 0.1  # of the effort of the move: not planned, so that feedback can correct
+# Standard deviation of log F and log m below which the reserve of the first move to a target, or
+# after a disturbance, is proportional to it
+_UNSURE = 0.1
+_PLANNED = 0.95  # of the effort of the move: planned braking, and the reserve
 _LAST = 8  # samples: the longest last part
 _QUIET = 0.03  # of the limit: effect of noise on an effort up to which the last part is replanned
 _ROUGH_FRICTION = 0.05  # of the friction: what no law has, for the estimation of the velocity
@@ -82,16 +83,14 @@ _SLOW = 6  # samples from one change to the next: feedback can damp what is slow
 WILD = 5  # such innovations after which an axis is left to friction
 _UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
 _LONGER = 3.0  # times the shortest time that a move may last
-# Samples of a move, at least, per standard deviation of log F; more of them where few would do, and
-# behind an unknown delay
-_FEWEST, _LONGER_UNKNOWN = 6.0, 1.0
+# Shortest duration of a move [samples] per standard deviation of log F, as friction is learned in
+# it; more of it if the delay is unknown or the move is brief, as a resonance takes longer with less
+_FEWEST, _FEWEST_MORE = 6.0, 1.0
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _HOLDS = 0.25  # of the limit: friction that may hold the axis
 _GLIDES = 0.08  # of half the tolerance: the last way, in which friction alone stops the axis
-# Way in samples of braking that is left for a last part which ends gently, and more of it per
-# reserve
-_TAPER, _TAPER_MORE = 1.0, 5.0
+_TAPER, _TAPER_MORE = 1.0, 5.0  # distance of the last part over b T^2, and more of it per reserve
 _FREES = 0.98  # of the limit: an effort that moves any axis which is not blocked
 _STUCK = 0.9  # of the strongest effort: friction that explains why the axis has not moved
 _STOPPING = 6  # samples: an axis that does not stop on the plan is stopped for so long
@@ -120,7 +119,7 @@ def _lasting(m: float, F: float, d: float, time: float) -> float:
 
 @compiled()
 def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) -> None:
-    """Begin a move at rest in x."""
+    """Start a move from rest at x: set its effort, its reserve and its longest duration."""
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
     p.seen = p.wild = p.reversals = p.reversed_at = p.brakings = p.unseen = p.shown = 0
     p.strongest = 0.0
@@ -133,12 +132,13 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     begin(p, values, covariance)
     m, F, _ = model(p)
     i = COULOMB + p.backward
-    unsure = math.sqrt(covariance[i, i])
-    p.reserve = _RESERVE * (min(unsure / _UNSURE, 1.0) if p.moves == 1 else 1.0)
-    again = p.known == 1 and p.moves > 1
-    longer = 0.0 if p.known == 1 and not brief(p) else _LONGER_UNKNOWN
-    fewest = max((_FEWEST + longer) * unsure, 1.0) * p.period
-    p.move_effort = p.most if again else min(p.most, _lasting(m, F, p.way, fewest))
+    spread = math.sqrt(covariance[i, i])  # of log F
+    known = p.known == 1
+    first = min(max(spread, math.sqrt(covariance[0, 0])) / _UNSURE, 1.0)
+    p.reserve = _RESERVE * (first if p.moves == 1 else 1.0)
+    fewest = _FEWEST * spread if known and not is_brief(p) else (_FEWEST + _FEWEST_MORE) * spread
+    slowest = min(p.most, _lasting(m, F, p.way, max(fewest, 1.0) * p.period))
+    p.move_effort = p.most if known and p.moves > 1 else slowest
     p.shortest = shortest(m, min(F, 0.9 * p.move_effort), p.move_effort, p.way) / p.period
     p.longest = int(_LONGER * p.shortest) + _SLACK
 
@@ -320,7 +320,7 @@ def _of_last(p: Any, k: int, speed: float) -> float:
 
 @compiled()
 def _can_end(p: Any, e: float, v: float, speed: float) -> bool:
-    """Plan the last part with the least number of samples within the limit, if there is one."""
+    """Plan the shortest last part within effort and reserve; return whether there is one."""
     F, most = model(p)[1], (1.0 - p.reserve) * p.move_effort
     for n in range(_FIRST, _LAST + 1):
         _plan_last(p, e, v, n)

@@ -25,8 +25,12 @@ _SHORT = 0.2  # of the tolerance: F T^2/(2 m) at most, the displacement by frict
 _NOISE = 0.1  # of the effort limit: the effort by noise at most
 # Durations of the first profile, and [s]: a servo that has not settled after both has failed
 _LONGEST, _LEAST_TIME = 8.0, 0.3
-_TOO_FAR = 0.5  # factor of Coulomb friction after a profile that went beyond its target
-_BLOCKED = 0.1  # of the way of the move: error above which a resting axis is blocked
+# Factor of the Coulomb friction that profiles feed forward after one in their direction that ended
+# beyond its target: friction estimated too large makes the servo hunt
+_TOO_FAR = 0.5
+_BLOCKED = (
+    0.1  # of the travel of the move: error to the reference of a resting axis that is blocked
+)
 # Changes of sign of a saturated effort without a rest at the target: a servo with more is unstable
 _MOST_SWINGS = 6
 
@@ -54,7 +58,7 @@ def servo_for(
     )
     state = controller.init()
     s = profile.fields(state)
-    s.holds = 1  # what swings would pull the axis out of the dead band again
+    s.holds = 1  # a vibration would move the axis out of the dead band again
     noise = (s.K_p + 2.0 * s.K_d / (2.0 * s.filter_time + T)) * pulses.position_noise
     short = 0.5 * friction * T * T <= _SHORT * m * pulses.tolerance
     return state, bool(short and noise <= _NOISE * limit)
@@ -68,11 +72,11 @@ def servo_allowed(p: Any) -> bool:
 
 @compiled()
 def start_servo(p: Any, own: Any, target: float, x: float, v: float) -> None:
-    """Begin with the servo at a position and a velocity, with the law learned so far."""
+    """Start the servo at position x and velocity v, with the parameters learned so far."""
     s = p.servo
     s.target, s.mass = target, math.exp(own.values[0])
     seen = (delay_of(p.best) + lag_of(p.best)) * p.period
-    if p.rows > 0 and seen > s.delay:  # noise was not judged for a smaller one
+    if p.rows > 0 and seen > s.delay:  # the gains of a smaller one were not checked for noise
         profile.set_delay(s, seen)
     for side in range(2):
         _, s.coulomb[side], s.viscous[side] = law_of(own, side)
@@ -84,7 +88,7 @@ def start_servo(p: Any, own: Any, target: float, x: float, v: float) -> None:
 
 @compiled()
 def servo_effort(p: Any, x: float) -> float:
-    """Return the effort of the servo until the next sample; it ends with `moving` 0."""
+    """Return the effort of the servo until the next sample; one that fails ends with `moving` 0."""
     s = p.servo
     if profile.rests_off_target(s):
         if (s.target - x) * (s.target - s.start) < 0.0:
@@ -98,8 +102,8 @@ def servo_effort(p: Any, x: float) -> float:
         p.saturated = sign
     elif p.unsettled == 0:
         p.swings = 0
-    way = max(p.way, abs(s.target - s.start))
-    blocked = s.rested >= s.rest_samples and abs(s.e) > _BLOCKED * way
+    travel = max(p.way, abs(s.target - s.start))  # that of a later profile may be very short
+    blocked = s.rested >= s.rest_samples and abs(s.e) > _BLOCKED * travel
     slow = p.unsettled * p.period > p.patience
     if slow or (blocked and p.unsettled > 0) or p.swings > _MOST_SWINGS:
         p.moving, p.servo_failed = 0, 1
