@@ -419,8 +419,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     vibrates during a move is braked, and moves on with three times the effort of friction. At short
     sampling times the servo of a `ProfileController` positions it instead; if that fails, pulses
     follow. Where pulses have not halved the error, the next one waits for what may swing on the
-    axis, the longer the farther the last ones have moved it; where no pulse seems to help, it waits
-    0.3 s and then 0.6 s, and tries again.
+    axis, by how far they moved it; where no pulse seems to help, it waits 0.3 s and then 0.6 s.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
 
