@@ -135,6 +135,7 @@ OWN_DTYPE = np.dtype(
         ("swings", "i8"),  # changes of that sign since the axis was last at rest at the target
         ("patience", "f8"),  # time in which the servo has to bring the axis there [s]
         ("unsettled", "i8"),  # samples of the servo since it was last at rest at the target
+        ("profiles", "i8"),  # that the servo has begun since its first
         ("servo_failed", "i8"),  # 1 once it has not brought the axis there or not held it there
         ("area", "f8"),  # X
         ("commands", "f8", (HISTORY,)),  # the last ones of all, as sent; the latest is the first

@@ -33,6 +33,7 @@ _BLOCKED = (
 )
 # Changes of sign of a saturated effort without a rest at the target: a servo with more is unstable
 _MOST_SWINGS = 6
+_MOST_PROFILES = 20  # after the first: an axis that hunts for so long is under a load
 
 
 def servo_for(
@@ -82,7 +83,7 @@ def start_servo(p: Any, own: Any, target: float, x: float, v: float) -> None:
         _, s.coulomb[side], s.viscous[side] = law_of(own, side)
     profile.begin(s, x, v)
     p.moving, p.unsettled, p.leavings = SERVO, 0, 0
-    p.saturated = p.swings = 0
+    p.saturated = p.swings = p.profiles = 0
     p.patience = max(_LONGEST * profile.duration(s), _LEAST_TIME)
 
 
@@ -94,6 +95,7 @@ def servo_effort(p: Any, x: float) -> float:
         if (s.target - x) * (s.target - s.start) < 0.0:
             s.coulomb[s.backward] *= _TOO_FAR
         profile.begin(s, x, 0.0)
+        p.profiles += 1
     u = profile.next_effort(s, x, math.nan)
     p.unsettled = 0 if profile.rests_at_target(s) else p.unsettled + 1
     if abs(u) >= s.effort_limit:
@@ -105,7 +107,8 @@ def servo_effort(p: Any, x: float) -> float:
     travel = max(p.way, abs(s.target - s.start))  # that of a later profile may be very short
     blocked = s.rested >= s.rest_samples and abs(s.e) > _BLOCKED * travel
     slow = p.unsettled * p.period > p.patience
-    if slow or (blocked and p.unsettled > 0) or p.swings > _MOST_SWINGS:
+    many = p.swings > _MOST_SWINGS or p.profiles > _MOST_PROFILES
+    if slow or many or (blocked and p.unsettled > 0):
         p.moving, p.servo_failed = 0, 1
         return 0.0
     return u
