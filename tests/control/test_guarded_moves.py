@@ -117,6 +117,11 @@ def moved(
     return Moved(outcome, str(guard.why(state)), x, v, farthest, wrong)
 
 
+def repeated(limit: float, pattern: tuple[float, ...]) -> Callable[[int], float]:
+    """Return the commands of a pattern that repeats, in shares of the limit."""
+    return lambda k: limit * pattern[k % len(pattern)]
+
+
 def commanded(
     vector: Float[np.ndarray, " g"],
     command: Callable[[int], float],
@@ -173,10 +178,7 @@ def test_an_interrupted_effort_of_the_wrong_sign_is_stopped(
     limit: float, noise: float, pattern: tuple[float, ...]
 ) -> None:
     vector = guarded(limit, noise=noise).init().guard
-
-    def command(k: int) -> float:
-        return limit * pattern[k % len(pattern)]
-
+    command = repeated(limit, pattern)
     x, _, _ = commanded(vector, command, samples=100, sign=-1.0, noise=(noise, 2))
     assert guard_kernels.fields(vector).fault == guard_kernels.SIGN
     assert -2.0 * WAY < x < 0.0
@@ -297,11 +299,7 @@ def test_a_guard_goes_on_to_hold_what_creeps_out_of_its_travel(side: float, hold
 
 def test_an_effort_of_the_wrong_sign_with_pauses_is_stopped() -> None:
     """Pauses of two samples hide the sign until the axis leaves its travel."""
-    vector, pattern = guarded(10.0).init().guard, (1.0, 1.0, 1.0, 1.0, 0.0, 0.0)
-
-    def command(k: int) -> float:
-        return 10.0 * pattern[k % len(pattern)]
-
+    vector, command = guarded(10.0).init().guard, repeated(10.0, (1.0, 1.0, 1.0, 1.0, 0.0, 0.0))
     _, v, farthest = commanded(vector, command, samples=400, sign=-1.0)
     assert guard_kernels.fields(vector).fault == guard_kernels.SIGN
     assert farthest < 4.0 * WAY

@@ -685,16 +685,21 @@ def test_an_axis_that_is_pushed_while_it_waits_is_judged_at_its_next_rest() -> N
     assert effort < 0.0
 
 
+def serving(x: float) -> Any:
+    """Return the fields of a controller whose servo begins at rest in x, in a move of 10 mm."""
+    state = PreciseController(pulses=replace(PULSES, sampling_time=1e-3)).init()
+    p = at.own_fields(state)
+    p.way = 0.01
+    start_servo(p, exact_state.own_fields(state[at.SIZE :]), 0.01, x, 0.0)
+    return p
+
+
 @pytest.mark.parametrize(("off", "given_up"), [(0.95e-3, False), (1.05e-3, True)])
 def test_a_servo_is_given_up_where_more_than_a_tenth_of_the_way_is_left(
     off: float, given_up: bool
 ) -> None:
     """The axis rests at this distance from its target after a move of 10 mm."""
-    controller = PreciseController(pulses=replace(PULSES, sampling_time=1e-3))
-    state = controller.init()
-    p, own = at.own_fields(state), exact_state.own_fields(state[at.SIZE :])
-    p.way = 0.01
-    start_servo(p, own, 0.01, 0.01 - off, 0.0)
+    p = serving(0.01 - off)
     for _ in range(100):
         servo_effort(p, 0.01 - off)
         if p.moving != at.SERVO:
@@ -705,10 +710,7 @@ def test_a_servo_is_given_up_where_more_than_a_tenth_of_the_way_is_left(
 @pytest.mark.parametrize(("goes", "share"), [(1.01, 0.5), (0.99, 1.0)])
 def test_a_servo_that_goes_too_far_feeds_less_friction_forward(goes: float, share: float) -> None:
     """The axis follows a profile of 10 mm, and rests 0.1 mm beyond its target, or before it."""
-    state = PreciseController(pulses=replace(PULSES, sampling_time=1e-3)).init()
-    p, own = at.own_fields(state), exact_state.own_fields(state[at.SIZE :])
-    p.way = 0.01
-    start_servo(p, own, 0.01, 0.0, 0.0)
+    p = serving(0.0)
     before = p.servo.coulomb.copy()
     for _ in range(500):
         r, _, _ = profile_kernels.reference(p.servo, p.servo.samples * 1e-3)

@@ -133,12 +133,14 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     m, F, _ = model(p)
     i = COULOMB + p.backward
     spread = math.sqrt(covariance[i, i])  # of log F
-    known = p.known == 1
-    first = min(max(spread, math.sqrt(covariance[0, 0])) / _UNSURE, 1.0)
-    p.reserve = _RESERVE * (first if p.moves == 1 else 1.0)
-    fewest = _FEWEST * spread if known and not is_brief(p) else (_FEWEST + _FEWEST_MORE) * spread
-    slowest = min(p.most, _lasting(m, F, p.way, max(fewest, 1.0) * p.period))
-    p.move_effort = p.most if known and p.moves > 1 else slowest
+    p.reserve = _RESERVE
+    if p.moves == 1:
+        p.reserve *= min(max(spread, math.sqrt(covariance[0, 0])) / _UNSURE, 1.0)
+    p.move_effort = p.most
+    if p.known == 0 or p.moves == 1:
+        more = _FEWEST_MORE if p.known == 0 or is_brief(p) else 0.0
+        fewest = max((_FEWEST + more) * spread, 1.0)
+        p.move_effort = min(p.most, _lasting(m, F, p.way, fewest * p.period))
     p.shortest = shortest(m, min(F, 0.9 * p.move_effort), p.move_effort, p.way) / p.period
     p.longest = int(_LONGER * p.shortest) + _SLACK
 

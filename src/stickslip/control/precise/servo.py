@@ -28,9 +28,8 @@ _LONGEST, _LEAST_TIME = 8.0, 0.3
 # Factor of the Coulomb friction that profiles feed forward after one in their direction that ended
 # beyond its target: friction estimated too large makes the servo hunt
 _TOO_FAR = 0.5
-_BLOCKED = (
-    0.1  # of the travel of the move: error to the reference of a resting axis that is blocked
-)
+# Of the travel of the move: error to the reference above which a resting axis is blocked
+_BLOCKED = 0.1
 # Changes of sign of a saturated effort without a rest at the target: a servo with more is unstable
 _MOST_SWINGS = 6
 _MOST_PROFILES = 20  # after the first: an axis that hunts for so long is under a load
