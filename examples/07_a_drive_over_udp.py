@@ -135,6 +135,8 @@ def commission(axis: UdpAxis) -> None:
     )
     done = run(axis, Playback(effort=effort, sampling_time=T), limits)
     show("Excited", done)
+    if not done.ending.normal:
+        raise SystemExit(f"not identified: {done.ending.text}")
     log = done.recording.log("stage")
 
     # Identify, and check: a result that is not to be used says so
@@ -189,7 +191,10 @@ def commission(axis: UdpAxis) -> None:
         controller.why(done.controller_state),
     )
     position = float(done.recording.log("stage").measured_position[-1])
-    print(f"{outcome}, {1e6 * (position - target):+.0f} µm off the target; {why or 'no fault'}")
+    print(
+        f"{outcome}, {1e6 * (position - target):+.0f} µm off the target "
+        f"(tolerance {1e6 * TOLERANCE:.0f} µm); {why or 'no fault'}"
+    )
 
 
 def main() -> None:

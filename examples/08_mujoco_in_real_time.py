@@ -85,6 +85,8 @@ def main() -> float:
         watchdog=1.0,  # s: a desktop computer is late by tens of milliseconds
     )
     done = run(MuJoCoAxis(), servo, limits)
+    if not done.ending.normal:
+        raise SystemExit(f"not moved: {done.ending.text}")
     error = done.recording.samples[-1].measured_position - TARGET
     print(
         f"{done.ending.text}; {1e3 * error:+.2f} mm off the target; {done.overruns} overruns, "

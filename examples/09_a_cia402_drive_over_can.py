@@ -200,8 +200,8 @@ def main() -> float:
     measured = [sample.measured_position for sample in done.recording.samples]
     error = next(position for position in reversed(measured) if isfinite(position)) - TARGET
     print(
-        f"{done.ending.text}; {1e3 * error:+.2f} mrad off the target; {done.overruns} overruns, "
-        f"{done.lost_samples} lost samples"
+        f"{done.ending.text}; {1e3 * error:+.2f} mrad off the target (tolerance "
+        f"{1e3 * TOLERANCE:.0f} mrad); {done.overruns} overruns, {done.lost_samples} lost samples"
     )
     return error
 

@@ -159,6 +159,17 @@ class EventBudgetError(StickslipError, RuntimeError):
 _REAL = "biuf"  # kinds of NumPy types
 
 
+def interruption_behind(error: BaseException | None) -> KeyboardInterrupt | None:
+    """Return the interruption (Ctrl-C, or a request to terminate) that an error comes from, if any.
+
+    A signal that arrives while a compiled function takes its arguments apart leaves it as a
+    ``SystemError``, whose cause is what the signal's handler raised.
+    """
+    while isinstance(error, SystemError):
+        error = error.__cause__ or error.__context__
+    return error if isinstance(error, KeyboardInterrupt) else None
+
+
 def _is_either_unit(name: str, value: object) -> bool:
     return "unit" in name and isinstance(value, str) and " or " in value
 

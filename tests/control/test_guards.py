@@ -72,6 +72,14 @@ class Failing(Push):
         return super().step(state, sample)
 
 
+class Interrupted(Push):
+    """One whose step fails as a compiled call does during which Ctrl-C arrives."""
+
+    def step(self, state: None, sample: SensorSample) -> tuple[None, float]:
+        del state, sample
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+
 def guarded(controller: Any, **limits: Any) -> GuardedController:
     return GuardedController(controller=controller, limits=replace(LIMITS, **limits))
 
@@ -380,6 +388,12 @@ def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixtur
     state, effort = guard.step(state, SensorSample(2.0 * T, 2e6, 0.0, nan, nan))
     assert isfinite(effort)
     assert not caplog.text
+
+
+def test_a_guard_lets_an_interruption_through() -> None:
+    guard = guarded(Interrupted(1.0))
+    with pytest.raises(KeyboardInterrupt):
+        guard.step(guard.init(), SensorSample(0.0, 0.0, 0.0, nan, nan))
 
 
 @pytest.mark.parametrize("share", [0.6, 0.9, 1.5, 3.0])

@@ -160,6 +160,11 @@ def raised(error: BaseException) -> Callable[[], Any]:
     return action
 
 
+def interrupted_kernel() -> None:
+    """Fail as a compiled call does during which Ctrl-C arrives."""
+    raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+
 def killed() -> None:
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(0.01)  # the signal arrives between two instructions
@@ -171,6 +176,8 @@ PATHS: dict[str, tuple[Any, Any, Any]] = {
     "exit in step": ({}, {7: raised(SystemExit(3))}, SystemExit),
     "Ctrl-C in read": ({7: raised(KeyboardInterrupt())}, {}, LoopEnding.INTERRUPTED),
     "Ctrl-C in step": ({}, {7: raised(KeyboardInterrupt())}, LoopEnding.INTERRUPTED),
+    "Ctrl-C in a compiled call": ({}, {7: interrupted_kernel}, LoopEnding.INTERRUPTED),
+    "defect of a compiled call": ({}, {7: raised(SystemError("defect"))}, SystemError),
     "terminated": ({7: killed}, {}, LoopEnding.INTERRUPTED),
     "travel": ({7: at(0.3)}, {}, LoopEnding.TRAVEL),
     "travel below": ({7: at(-0.3)}, {}, LoopEnding.TRAVEL),

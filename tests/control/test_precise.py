@@ -1,7 +1,7 @@
 """The controller of moves and pulses: what a move teaches, how long it takes, what it survives."""
 
 from dataclasses import replace
-from math import isfinite, nan, sqrt
+from math import inf, isfinite, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from stickslip.control import PreciseController, RestDetection
 from stickslip.control.feedback import profile_kernels
 from stickslip.control.precise import braking
 from stickslip.control.precise import learning as at
-from stickslip.control.precise.servo import servo_effort, start_servo
+from stickslip.control.precise.servo import retarget_servo, servo_effort, start_servo
 from stickslip.control.pulses import exact_learning, exact_state
 from stickslip.control.pulses.kernel import head
 from stickslip.records import PositioningOutcome
@@ -720,3 +720,22 @@ def test_a_servo_that_goes_too_far_feeds_less_friction_forward(goes: float, shar
     assert p.servo.start == pytest.approx(0.01 * goes)
     assert p.servo_failed == 0
     assert p.servo.coulomb.tolist() == [share * before[0], before[1]]
+
+
+@pytest.mark.parametrize("targets", [1, 8])
+def test_a_servo_begins_20_profiles_for_each_target(targets: int) -> None:
+    """The axis rests 0.5 mm before its targets of 10 mm and -10 mm in turn."""
+    p, x, begun = serving(0.0095), 0.0095, 0
+    for k in range(targets):
+        if k:
+            x = -x
+            retarget_servo(p, x / 0.95)
+        p.patience, before = inf, p.profiles
+        for _ in range(1500):
+            servo_effort(p, x)
+            begun += p.profiles - before
+            before = p.profiles
+            if p.moving != at.SERVO or (targets > 1 and p.profiles == 15):
+                break
+    assert begun == (21 if targets == 1 else 15 * targets)
+    assert (p.moving == at.SERVO) == (targets > 1)

@@ -10,6 +10,7 @@ from collections.abc import Generator, Sequence
 from types import FrameType
 
 from stickslip.cli.terminal import say
+from stickslip.errors import interruption_behind
 
 _DEFECT = 70  # what sysexits.h calls an internal software error
 _INTERRUPTED = 128 + signal.SIGINT
@@ -49,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 ]
             )
     except (KeyboardInterrupt, Exception) as error:  # noqa: BLE001 - no failure may look like a result
-        stop = _signal_behind(error)
+        stop = interruption_behind(error)
         if isinstance(stop, _Terminated):
             say("terminated; nothing was left half-written")
             return _TERMINATED
@@ -60,20 +61,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         say("this is a defect of stickslip; please report it with the lines above")
         return _DEFECT
-
-
-def _signal_behind(error: BaseException) -> KeyboardInterrupt | None:
-    """Return the signal that an error comes from, if any.
-
-    A signal that arrives while a compiled function takes its arguments apart leaves it as a
-    ``SystemError``, whose cause is what the signal's handler raised.
-    """
-    if isinstance(error, KeyboardInterrupt):
-        return error
-    behind: BaseException | None = error
-    while isinstance(behind, SystemError):
-        behind = behind.__cause__ or behind.__context__
-    return behind if isinstance(behind, KeyboardInterrupt) else None
 
 
 def _prepare_streams() -> None:

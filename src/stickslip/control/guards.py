@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from stickslip.control import guard_kernels as at
 from stickslip.control.base import LOADED, Phase, PositionController
+from stickslip.errors import interruption_behind
 from stickslip.records import (
     InputError,
     LearnedPulses,
@@ -345,7 +346,9 @@ class GuardedController(PositionController[GuardedState]):
                 inner, effort = self._inner.step(inner, seen)
             elif asked and seen.time == seen.time:
                 inner, effort = self.controller.blind(inner, seen.time)
-        except Exception:
+        except Exception as error:
+            if (interruption := interruption_behind(error)) is not None:
+                raise interruption from None
             # The drive must be stopped whatever the reason
             _logger.exception("the controller failed at %g s; the axis is stopped", seen.time)
             g.fault = at.FAILED

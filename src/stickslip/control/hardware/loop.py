@@ -19,7 +19,7 @@ from stickslip.control.hardware.stop import (
     terminated_as_interrupted,
     uninterrupted,
 )
-from stickslip.errors import check_controller
+from stickslip.errors import check_controller, interruption_behind
 from stickslip.records import (
     InputError,
     PositioningOutcome,
@@ -267,7 +267,9 @@ def run(
                 with Watchdog(output, patience) as watchdog:
                     loop = _Loop(io, controller, settings, done, output, clock or RealTimeClock())
                     loop.run(watchdog)
-            except KeyboardInterrupt:
+            except (KeyboardInterrupt, SystemError) as error:
+                if interruption_behind(error) is None:
+                    raise
                 done.ending = LoopEnding.INTERRUPTED
         except BaseException as error:
             _stop(output, error)

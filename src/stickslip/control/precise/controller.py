@@ -50,6 +50,7 @@ from stickslip.control.precise.moving import (
     vibrates,
 )
 from stickslip.control.precise.servo import (
+    retarget_servo,
     servo_allowed,
     servo_effort,
     servo_for,
@@ -551,8 +552,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         if p.loaded:  # let go, to see whether the load is still there
             p.loaded = p.held = p.brake_left = 0
         if p.moving == SERVO:
-            p.servo.target, p.servo.phase, p.unsettled = target, profile_kernels.RETARGETED, 0
-            p.way = abs(target - p.servo.x)
+            retarget_servo(p, target)
         if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest

@@ -87,6 +87,15 @@ def start_servo(p: Any, own: Any, target: float, x: float, v: float) -> None:
 
 
 @compiled()
+def retarget_servo(p: Any, target: float) -> None:
+    """Let the servo under way go on to another target."""
+    s = p.servo
+    s.target, s.phase = target, profile.RETARGETED
+    p.way = abs(target - s.x)
+    p.unsettled = p.swings = p.profiles = 0
+
+
+@compiled()
 def servo_effort(p: Any, x: float) -> float:
     """Return the effort of the servo until the next sample; one that fails ends with `moving` 0."""
     s = p.servo
