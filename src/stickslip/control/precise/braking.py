@@ -76,15 +76,40 @@ _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
 _UNSURE = 3.0  # standard deviations of a speed
 _FARTHER = 3.0  # times that way: bristles spring back less far
+_ALIKE = 4  # equal positions in a row of a sensor with noise, which may be frozen
+_QUIET = 25  # equal positions in a row of a sensor without noise, as no guard has stopped it
 _EVEN = 0.7  # of the way of three samples is that of each at most; from rest it is 5/9
+
+
+@compiled()
+def awaits_sensor(p: Any, s: Any) -> bool:
+    """Return whether a change of positions is waited for that should differ.
+
+    It is for so long that a guard stops a frozen sensor with noise. Positions that remain equal
+    need not differ; a move that they have not shown then counts as a pulse that moved nothing.
+    """
+    if p.noisy != 1 or p.equal < _ALIKE:
+        return False
+    if p.equal < _QUIET:
+        return True
+    p.noisy = -1
+    s.idle += 1 - p.by_pulse
+    return False
 
 
 @compiled()
 def remember(p: Any, x: float) -> None:
     """Keep a position, and where the axis began to move without effort in its direction.
 
-    Counts the samples since it has turned round by a visible way, too.
+    Counts equal positions, and the samples since it has turned round by a visible way, too.
     """
+    p.equal = p.equal + 1 if p.past_count > 0 and x == p.past[0] else 0
+    if p.moving:  # what moves cannot show that its sensor is quiet
+        p.equal = min(p.equal, _ALIKE)
+    step, before = x - p.past[0], p.past[0] - p.past[1]
+    trembles = p.past_count > 1 and step * before < 0.0
+    if p.noisy == 0 and trembles and abs(step - before) <= _VISIBLE * p.noise:
+        p.noisy = 1
     for k in range(KEPT - 1, 0, -1):
         p.past[k] = p.past[k - 1]
     p.past[0] = x

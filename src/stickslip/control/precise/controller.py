@@ -17,6 +17,7 @@ from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
     PUSHES,
     RELEASES,
+    awaits_sensor,
     brake,
     coasts,
     hold,
@@ -265,15 +266,6 @@ def _servo_continues(p: Any) -> bool:
 
 
 @compiled()
-def _forget_held(own: Any) -> None:
-    """Forget which efforts did not free the axis: what swung on it may have held it."""
-    for side in range(2):
-        own.held[side] = 0.0
-        own.breakaway[side] = min(own.breakaway[side], HIGHEST * law_of(own, side)[1])
-        own.moved_at[side] = max(own.moved_at[side], own.breakaway[side])
-
-
-@compiled()
 def _decide(p: Any, s: Any, own: Any, rested: bool) -> None:
     """Learn from a pulse once the axis rests, and go on once little swings on it.
 
@@ -284,17 +276,20 @@ def _decide(p: Any, s: Any, own: Any, rested: bool) -> None:
     if rested:
         p.undecided = 1
         if s.fresh:
+            freed = own.moved_at.sum()
             exact_learning.learn(s, own)
+            if p.noisy == 0 and own.moved_at.sum() > freed:  # a weaker pulse has moved the axis
+                p.noisy = 1
             p.swing, p.by_pulse = p.swing + abs(s.last.achieved), 1
             if p.known:
                 _hasten(p, s, own)
-    if not p.undecided:
+    if not p.undecided or awaits_sensor(p, s):
         return
     if s.outcome == MOVING and own.fruitless >= _FRUITLESS and p.swing > abs(s.error):
         p.waits = 1
         return
     if p.waits:
-        _forget_held(own)
+        exact_learning.forget_held(own)
     s.fresh = p.by_pulse
     p.undecided = p.by_pulse = p.waits = 0
     _rested(p, s, own)

@@ -103,6 +103,8 @@ OWN_DTYPE = np.dtype(
         ("position", "f8"),  # last one, as measured
         ("past", "f8", (KEPT,)),  # the last positions of all, as measured; the latest is the first
         ("past_count", "i8"),  # of them so far
+        ("equal", "i8"),  # of them, in a row up to the latest, besides the first
+        ("noisy", "i8"),  # 1 once they had to differ by noise or motion; -1 if they need not
         ("free_x", "f8"),  # position from which on no effort has acted and the axis has not turned
         ("free_v", "f8"),  # speed there
         ("farthest", "f8"),  # extreme position since the axis has last turned round

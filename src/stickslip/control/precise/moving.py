@@ -97,6 +97,7 @@ _STOPPING = 6  # samples: an axis that does not stop on the plan is stopped for 
 _NOT_SLOWER = 0.7  # of the step before: the last one of an axis that a load drives
 _REACTION = 3.0  # lags after which an axis moves that can
 _CERTAIN = 2.0  # standard deviations of friction
+_RUNS = 4.0  # standard deviations of a way: an axis that surely moves
 _GENTLY = 0.7  # of the speed is taken away in a sample then
 
 
@@ -215,12 +216,17 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     p_xx = p.p_xx + T * (2.0 * p.p_xv + T * p.p_vv)
     p_xv = p.p_xv + T * p.p_vv
     p_vv = p.p_vv
+    way = x_0 - p.x
     p.x, p.v = x_0, v_0
     p.p_xx, p.p_xv, p.p_vv = p_xx + 0.25 * q * T**4, p_xv + 0.5 * q * T**3, p_vv + q * T**2
     off, R = x - x_0, variance_of(p)
     if measured:
         most = 0.5 * STRONGEST_PUSH * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
-        p.glitch = 1 if p.glitch == p.wild == 0 and abs(off) > most else 0
+        runs = p.glitch == 1 or way > _RUNS * math.sqrt(p.p_xx + R) + p.bend
+        frozen = p.equal > 0 and p.seen == 1 and p.noisy >= 0 and runs
+        p.glitch = 1 if frozen or (p.glitch == p.wild == 0 and abs(off) > most) else 0
+        if frozen:
+            p.noisy = 1
     if measured and p.glitch != 1:
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:

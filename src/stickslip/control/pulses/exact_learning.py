@@ -323,6 +323,16 @@ def _fit(s: Any, own: Any) -> None:
 
 
 @compiled()
+def forget_held(own: Any) -> None:
+    """Forget which efforts did not free the axis: what swung on it may have held it."""
+    for side in range(2):
+        own.held[side] = 0.0
+        most = HIGHEST * math.exp(own.values[COULOMB + side])
+        own.breakaway[side] = min(own.breakaway[side], most)
+        own.moved_at[side] = max(own.moved_at[side], own.breakaway[side])
+
+
+@compiled()
 def learn(s: Any, own: Any) -> None:
     """Learn from the last pulse."""
     side, f, _ = last_pulse(s, own)
