@@ -7,6 +7,7 @@ import pytest
 from pages import MOST_BYTES, page_of
 from results import NAME, make, make_run
 
+from stickslip.presentation.positioning.page import estimate_table
 from stickslip.records import Ending, LandingPhase
 
 MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
@@ -30,6 +31,18 @@ def test_everything_of_a_run_is_on_the_page() -> None:
         "estimate-mass",
         "estimate-coulomb-friction-positive",
     }
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "verdict"),
+    [(130.004, 173.0, "inside"), (None, 129.996, "inside"), (130.06, 173.0, "outside")],
+)
+def test_the_verdict_on_limits_agrees_with_the_printed_digits(
+    low: float | None, high: float, verdict: str
+) -> None:
+    limits = {"static_friction_positive": (low, high)}
+    static = estimate_table(replace(make(), limits=limits)).rows[-1]
+    assert static[4] == verdict
 
 
 def test_what_is_drawn_is_what_was_recorded() -> None:

@@ -377,7 +377,13 @@ def estimate_table(result: Positioning) -> Table:
 def _inside(truth: float | None, low: float | None, high: float | None) -> str:
     if truth is None or (low is None and high is None):
         return NONE
-    inside = (low is None or low <= truth) and (high is None or truth <= high)
+
+    def printed(value: float) -> float:  # for a verdict that agrees with the row
+        return float(f"{value:.4g}")
+
+    inside = (low is None or printed(low) <= printed(truth)) and (
+        high is None or printed(truth) <= printed(high)
+    )
     return "inside" if inside else "outside"
 
 
