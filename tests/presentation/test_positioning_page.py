@@ -45,6 +45,11 @@ def test_the_verdict_on_limits_agrees_with_the_printed_digits(
     assert static[4] == verdict
 
 
+def test_an_estimate_that_nothing_has_changed_has_no_value_in_the_end() -> None:
+    mass = estimate_table(make(make_run(1, count=0))).rows[0]
+    assert mass[1:5] == ["140", "–", "151", "–"]
+
+
 def test_what_is_drawn_is_what_was_recorded() -> None:
     run = make_run(1)
     traces = page_of(make(run)).plots()["motion-1"]["data"]

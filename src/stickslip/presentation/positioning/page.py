@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from stickslip.presentation.drawing import symbol
 from stickslip.presentation.page import (
     Block,
@@ -349,6 +351,8 @@ def estimate_table(result: Positioning) -> Table:
         if name in result.limits:
             low, high = result.limits[name]
             ended, missed = between_text(low, high), _inside(truth, low, high)
+        elif all(np.all(run.estimates[name] == values[0]) for run in result.runs):
+            ended = missed = NONE  # nothing was learned
         else:
             ended = f"{end:.4g}"
             # Adding zero makes 0.0 of -0.0
