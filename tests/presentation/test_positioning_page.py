@@ -150,7 +150,9 @@ def test_a_landing_shows_its_phases_and_its_estimates_over_time() -> None:
 def test_a_run_without_a_known_pulse_can_be_shown() -> None:
     page = page_of(make(make_run(1, count=0, ending=Ending.UNDER_WAY)))
     assert "No pulse of this run has ended." in page.text
-    assert "pulse-pairs" not in page.plots()
+    assert set(page.plots()) == {"motion-1"}
+    assert "from pulse to pulse" not in page.text
+    assert "What was learned" in page.text
 
 
 def test_long_runs_with_hundreds_of_pulses_stay_small() -> None:

@@ -265,9 +265,14 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
 
 
 def estimate_plots(positioning: Positioning) -> list[Plot]:
-    """Draw each estimate through all runs with the truth: over time, or from pulse to pulse."""
+    """Draw each estimate through all runs with the truth: over time, or from pulse to pulse.
+
+    Where there are neither phases nor pulses, nothing is drawn.
+    """
     runs = positioning.runs
     timed = runs[0].arm is not None or any(run.phases for run in runs)
+    if not timed and not any(run.pulses for run in runs):
+        return []
     drawn = _over_time if timed else _by_pulse
     names = [name for name in runs[0].estimates if name not in positioning.limits]
     return [drawn(name, positioning) for name in names]

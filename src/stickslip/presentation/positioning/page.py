@@ -97,13 +97,14 @@ def _of_axis(result: Positioning) -> list[Section]:
     drawn = _drawn(result.runs)
     motions = [[figures.motion_plot(run, result), *_phases(run)] for run in drawn]
     sections = [Section("motion", "Motion", [*_moves(result), *_run_by_run(drawn, motions)])]
-    estimates = figures.estimate_plots(result)
-    if estimates:
+    if result.runs[0].estimates:
+        estimates = figures.estimate_plots(result)
         steps = "over time" if any(run.phases for run in drawn) else "from pulse to pulse"
         parted = " Dotted lines part the runs." if len(result.runs) > 1 else ""
         lead = Text(f"Each estimate {steps}.{parted}", "lead")
         pulses = _run_by_run(drawn, [_pulses(run, result) for run in drawn])
-        learned = [*_estimates(result), lead, Grid(estimates)]
+        drawings = [lead, Grid(estimates)] if estimates else []
+        learned = [*_estimates(result), *drawings]
         sections += [
             Section("pulses", "Pulses", [Grid(figures.pulse_plots(result)), *pulses]),
             Section("learned", "What was learned", learned),
