@@ -113,6 +113,17 @@ def test_moves_have_a_table() -> None:
     assert "At each new target the error jumps" in page.text
 
 
+def test_the_error_jumps_at_a_new_target() -> None:
+    run = make_run(1, moves=2)
+    first, second = run.moves
+    moved = replace(run, moves=(first, replace(second, target=first.target - 0.006)))
+    traces = page_of(make(moved)).plots()["motion-1"]["data"]
+    true = next(trace for trace in traces if trace["name"] == "error, true")
+    at = [k for k, time in enumerate(true["x"]) if time == pytest.approx(second.start_time)]
+    before, after = (true["y"][k] for k in at)
+    assert before - after == pytest.approx(6.0)  # mm
+
+
 def test_a_controller_without_pulses_has_no_section_of_them() -> None:
     run = replace(make_run(1), estimates={}, estimate_time=np.empty(0))
     moves = tuple(replace(move, pulses=()) for move in run.moves)
