@@ -75,18 +75,18 @@ def overview() -> None:
     )
     middle.set(title="Energy balance", xlabel="time [s]", ylabel="energy [J]")
     middle.set_ylim(-0.2, 5.4)
-    middle.legend(loc="center right", bbox_to_anchor=(1.0, 0.3))
+    middle.legend(loc="upper right")
 
     right.plot(curve.velocity, curve.friction, ".", color="#d1d5db", ms=1.5, label="log")
     right.plot(curve.fitted_velocity, curve.fitted_friction, color=BLUE, label="identified")
     right.fill_between(
         curve.fitted_velocity, curve.band_low, curve.band_high, color=BLUE, alpha=0.2
     )
-    speed = curve.fitted_velocity
-    truth = result.truth
+    speed, truth = curve.fitted_velocity, result.truth
+    direction = np.sign(curve.fitted_friction)  # of a speed of 0, each branch has its own
     right.plot(
         speed,
-        truth["coulomb_friction"] * np.sign(speed) + truth["viscous_friction"] * speed,
+        truth["coulomb_friction"] * direction + truth["viscous_friction"] * speed,
         "--",
         color=ORANGE,
         lw=1,

@@ -37,6 +37,13 @@ def test_switched_input_is_not_taken_for_clipped() -> None:
     assert prepare(replace(log, effort=np.sign(log.effort))).clipped == 0
 
 
+def test_an_effort_mostly_at_its_extremes_is_kept_and_named() -> None:
+    log = log_of()
+    found = prepare(replace(log, effort=np.clip(log.effort, -1.0, 1.0)))
+    assert found.clipped == 0
+    assert any("a square wave, or clipped" in note for note in found.notes)
+
+
 def test_wrapped_angle_is_continued() -> None:
     log = replace(log_of(noise=0.0), kind="rotary")
     turned = replace(log, measured_position=100.0 * log.measured_position)

@@ -65,7 +65,7 @@ def make_run(
         effort=effort,
         estimate_time=0.1 * np.arange(count + 1),
         estimates={
-            "mass": np.full(count + 1, 150.0),
+            "mass": np.append(140.0, np.full(count, 150.0)),
             "coulomb_friction_positive": 100.0 - 20.0 * 0.5 ** np.arange(count + 1.0),
             "static_friction_positive": np.full(count + 1, 120.0),
         },

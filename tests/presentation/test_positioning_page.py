@@ -7,6 +7,7 @@ import pytest
 from pages import MOST_BYTES, page_of
 from results import NAME, make, make_run
 
+from stickslip.presentation.positioning.page import estimate_table
 from stickslip.records import Ending, LandingPhase
 
 MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
@@ -30,6 +31,23 @@ def test_everything_of_a_run_is_on_the_page() -> None:
         "estimate-mass",
         "estimate-coulomb-friction-positive",
     }
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "verdict"),
+    [(130.004, 173.0, "inside"), (None, 129.996, "inside"), (130.06, 173.0, "outside")],
+)
+def test_the_verdict_on_limits_agrees_with_the_printed_digits(
+    low: float | None, high: float, verdict: str
+) -> None:
+    limits = {"static_friction_positive": (low, high)}
+    static = estimate_table(replace(make(), limits=limits)).rows[-1]
+    assert static[4] == verdict
+
+
+def test_an_estimate_that_nothing_has_changed_has_no_value_in_the_end() -> None:
+    mass = estimate_table(make(make_run(1, count=0))).rows[0]
+    assert mass[1:5] == ["140", "–", "151", "–"]
 
 
 def test_what_is_drawn_is_what_was_recorded() -> None:
@@ -95,6 +113,17 @@ def test_moves_have_a_table() -> None:
     assert "At each new target the error jumps" in page.text
 
 
+def test_the_error_jumps_at_a_new_target() -> None:
+    run = make_run(1, moves=2)
+    first, second = run.moves
+    moved = replace(run, moves=(first, replace(second, target=first.target - 0.006)))
+    traces = page_of(make(moved)).plots()["motion-1"]["data"]
+    true = next(trace for trace in traces if trace["name"] == "error, true")
+    at = [k for k, time in enumerate(true["x"]) if time == pytest.approx(second.start_time)]
+    before, after = (true["y"][k] for k in at)
+    assert before - after == pytest.approx(6.0)  # mm
+
+
 def test_a_controller_without_pulses_has_no_section_of_them() -> None:
     run = replace(make_run(1), estimates={}, estimate_time=np.empty(0))
     moves = tuple(replace(move, pulses=()) for move in run.moves)
@@ -132,7 +161,9 @@ def test_a_landing_shows_its_phases_and_its_estimates_over_time() -> None:
 def test_a_run_without_a_known_pulse_can_be_shown() -> None:
     page = page_of(make(make_run(1, count=0, ending=Ending.UNDER_WAY)))
     assert "No pulse of this run has ended." in page.text
-    assert "pulse-pairs" not in page.plots()
+    assert set(page.plots()) == {"motion-1"}
+    assert "from pulse to pulse" not in page.text
+    assert "What was learned" in page.text
 
 
 def test_long_runs_with_hundreds_of_pulses_stay_small() -> None:

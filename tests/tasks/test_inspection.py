@@ -53,6 +53,12 @@ def test_columns_and_axes(robot):
     assert json.loads(json.dumps(found.to_dict()))["axes"][1]["columns"]["position"] == "wrist_pos"
 
 
+def test_a_square_wave_is_not_clipped(tmp_path):
+    columns = {"time": TIME, "position": Q, "effort": np.where(U > 0.0, 10.0, -10.0)}
+    (axis,) = inspect(write(tmp_path / "switched.csv", columns)).axes
+    assert axis.clipped == 0.0
+
+
 def test_what_is_missing_is_a_result(tmp_path):
     path = write(tmp_path / "log.csv", {"t": TIME, "angle": Q, "temperature": TIME})
     found = inspect(path)

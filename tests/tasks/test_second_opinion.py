@@ -47,4 +47,4 @@ def test_an_estimate_that_the_default_one_contradicts_is_a_mismatch(
 def test_a_mismatch_that_the_default_estimator_finds_holds_for_others() -> None:
     found = identify(log_of(scale=1e3), estimator="energy").estimate  # the position in mm
     assert found.status is Status.MODEL_MISMATCH
-    assert "is the position in mm?" in found.diagnostics.notes[0]
+    assert "is the position in mm? if so, state --unit position=mm" in found.diagnostics.notes[0]

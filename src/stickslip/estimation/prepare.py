@@ -320,8 +320,10 @@ def _clipped(
                 f"effort clipped at {extreme:.4g} {log.unit('effort')} in {100 * share:.2g} % of "
                 f"samples; samples {treated}"
             )
-    if np.mean(marks) > tuning.most_clipped:
-        return np.zeros(u.size, dtype=bool), []
+    share = float(np.mean(marks))
+    if share > tuning.most_clipped:
+        note = f"effort at an extreme in {100 * share:.2g} % of samples: a square wave, or clipped"
+        return np.zeros(u.size, dtype=bool), [note]
     return marks, notes
 
 

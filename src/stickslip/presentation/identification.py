@@ -299,7 +299,7 @@ def curve_plot(curve: FrictionCurve, found: Identification) -> Plot:
         curve.velocity[::stride],
         curve.friction[::stride],
         name="measured",
-        look={"color": draw.GREY, "size": 3.5, "opacity": 0.35},
+        look={"color": draw.GREY, "size": 4.5, "opacity": 0.35},
         hoverinfo="skip",
     )
     law, name = curve.fitted_velocity, "95 % band of the law"
@@ -324,7 +324,7 @@ def curve_plot(curve: FrictionCurve, found: Identification) -> Plot:
         traces=[
             cloud,
             *draw.band(law, curve.band_low, curve.band_high, name=name),
-            line(law, curve.fitted_friction, fitted, Look(draw.BLUE, 2.4)),
+            line(law, curve.fitted_friction, fitted, Look(draw.BLUE, 1.4)),
         ],
         layout=layout(
             x=quantity_axis("velocity", kind),

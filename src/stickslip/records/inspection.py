@@ -55,7 +55,9 @@ class AxisProposal(Record):
     sampling_time: float = 0.0  #: [s]
     jitter: float = 0.0  #: Largest deviation of a step, as a fraction of the sampling time [-].
     segments: int = 0  #: Stretches between gaps.
-    clipped: float = 0.0  #: Share of the samples at the largest or smallest effort in a row [-].
+    #: Share of the samples at the largest or smallest effort in a row [-]; 0 of an effort that is
+    #: switched between a few levels.
+    clipped: float = 0.0
     #: Time by which the effort acts later than it is logged [s]; None if not determined.
     lag: float | None = None
     lag_resolution: float | None = None  #: Standard error of the lag [s].

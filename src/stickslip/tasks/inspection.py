@@ -253,6 +253,7 @@ def _proposal(
     }
     if isinstance(log, InputError):
         return AxisProposal(name=name, columns=texts, kind=assigned.schema.kind, problem=str(log))
+    from stickslip.estimation.prepare import PreparationTuning
     from stickslip.estimation.signals.arrival_times import ArrivalTuning, with_even_time
 
     reasons = () if log.source is None else log.source.assumptions
@@ -264,6 +265,7 @@ def _proposal(
         reasons = (*reasons, _PRESUMED)
     extremes = np.isin(log.effort, [log.effort.min(), log.effort.max()])
     in_a_row = extremes[1:] & extremes[:-1]
+    switched = np.unique(log.effort).size < PreparationTuning.fewest_levels
     return AxisProposal(
         name=name,
         columns=texts,
@@ -276,7 +278,7 @@ def _proposal(
         sampling_time=log.sampling_time,
         jitter=log.timing_jitter,
         segments=log.segment_starts.size,
-        clipped=float(np.mean(in_a_row)),
+        clipped=0.0 if switched else float(np.mean(in_a_row)),
         lag=lag,
         lag_resolution=resolution,
         expected=expected,

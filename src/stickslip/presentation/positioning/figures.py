@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -117,6 +118,15 @@ def _starts(lengths: Sequence[float] | Sequence[int], *, first: float) -> list[d
     return [draw.vertical(float(x), dash="dot") for x in begins]
 
 
+def _jumping(
+    run: PositioningRun, error: Float[np.ndarray, " n"]
+) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, " m"]]:
+    """Return times and errors, at each new target also the error of the target before."""
+    at = np.searchsorted(run.time, [move.start_time for move in run.moves[1:]])
+    steps = [new.target - old.target for old, new in pairwise(run.moves)]
+    return np.insert(run.time, at, run.time[at]), np.insert(error, at, error[at] - steps)
+
+
 def motion_plot(run: PositioningRun, positioning: Positioning) -> Plot:
     """Draw the error of a run, once whole and once about the tolerance, and the effort."""
     kind, tolerance = positioning.kind, positioning.tolerance
@@ -124,13 +134,15 @@ def motion_plot(run: PositioningRun, positioning: Positioning) -> Plot:
     whole, whole_unit = prefixed_unit(float(np.max(np.abs(run.error))), unit)
     half = _zoom(run, tolerance)
     near, near_unit = prefixed_unit(half, unit)
-    lines = [("error, true", run.error, Look(draw.BLUE, 2.0))]
+    lines = [("error, true", run.error, Look(draw.BLUE, 1.4))]
     if not np.array_equal(run.measured_error, run.error):
-        lines.insert(0, ("error, measured", run.measured_error, Look(draw.GREY, 1.0)))
+        lines.insert(0, ("error, measured", run.measured_error, Look(draw.PALE, 4.5)))
     traces: list[Trace] = []
     for row, factor in ((1, whole), (2, near)):
         traces.append(_tolerance_band(run.time, factor * tolerance, row))
-        traces += [line(run.time, factor * values, name, look, row) for name, values, look in lines]
+        for name, values, look in lines:
+            time, error = _jumping(run, values)
+            traces.append(line(time, factor * error, name, look, row))
     traces.append(draw.steps(run.time, run.effort, "effort", Look(draw.VERMILION, 1.5), 3))
     end, last = _motion_until(run), float(run.time[-1])
     return Plot(
@@ -265,9 +277,14 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
 
 
 def estimate_plots(positioning: Positioning) -> list[Plot]:
-    """Draw each estimate through all runs with the truth: over time, or from pulse to pulse."""
+    """Draw each estimate through all runs with the truth: over time, or from pulse to pulse.
+
+    Where there are neither phases nor pulses, nothing is drawn.
+    """
     runs = positioning.runs
     timed = runs[0].arm is not None or any(run.phases for run in runs)
+    if not timed and not any(run.pulses for run in runs):
+        return []
     drawn = _over_time if timed else _by_pulse
     names = [name for name in runs[0].estimates if name not in positioning.limits]
     return [drawn(name, positioning) for name in names]
@@ -369,10 +386,11 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
     traces: list[Trace] = [draw.steps(time, factor * arm.target[:-1], "target", look)]
     ends: list[float] = []
     for name, position, look in _masses(arm):
-        distance = np.maximum(np.abs(position - arm.target), _LEAST)
+        moments, error = _jumping(run, arm.target - position)
+        distance = np.maximum(np.abs(error), _LEAST)
         ends.append(float(distance[-1]))
         traces.append(line(time, factor * position, name, look))
-        traces.append(line(time, distance, name, look, 2))
+        traces.append(line(moments, distance, name, look, 2))
     look = Look(draw.GREEN, 1.4, "dash")
     traces.append(draw.level(time, tolerance, "tolerance", look, 2))
     traces.append(draw.steps(time, run.effort, "effort", Look(draw.GREY, 1.5), 3))

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from stickslip.presentation.drawing import symbol
 from stickslip.presentation.page import (
     Block,
@@ -95,13 +97,14 @@ def _of_axis(result: Positioning) -> list[Section]:
     drawn = _drawn(result.runs)
     motions = [[figures.motion_plot(run, result), *_phases(run)] for run in drawn]
     sections = [Section("motion", "Motion", [*_moves(result), *_run_by_run(drawn, motions)])]
-    estimates = figures.estimate_plots(result)
-    if estimates:
+    if result.runs[0].estimates:
+        estimates = figures.estimate_plots(result)
         steps = "over time" if any(run.phases for run in drawn) else "from pulse to pulse"
         parted = " Dotted lines part the runs." if len(result.runs) > 1 else ""
         lead = Text(f"Each estimate {steps}.{parted}", "lead")
         pulses = _run_by_run(drawn, [_pulses(run, result) for run in drawn])
-        learned = [*_estimates(result), lead, Grid(estimates)]
+        drawings = [lead, Grid(estimates)] if estimates else []
+        learned = [*_estimates(result), *drawings]
         sections += [
             Section("pulses", "Pulses", [Grid(figures.pulse_plots(result)), *pulses]),
             Section("learned", "What was learned", learned),
@@ -349,6 +352,8 @@ def estimate_table(result: Positioning) -> Table:
         if name in result.limits:
             low, high = result.limits[name]
             ended, missed = between_text(low, high), _inside(truth, low, high)
+        elif all(np.all(run.estimates[name] == values[0]) for run in result.runs):
+            ended = missed = NONE  # nothing was learned
         else:
             ended = f"{end:.4g}"
             # Adding zero makes 0.0 of -0.0
@@ -377,7 +382,13 @@ def estimate_table(result: Positioning) -> Table:
 def _inside(truth: float | None, low: float | None, high: float | None) -> str:
     if truth is None or (low is None and high is None):
         return NONE
-    inside = (low is None or low <= truth) and (high is None or truth <= high)
+
+    def printed(value: float) -> float:  # for a verdict that agrees with the row
+        return float(f"{value:.4g}")
+
+    inside = (low is None or printed(low) <= printed(truth)) and (
+        high is None or printed(truth) <= printed(high)
+    )
     return "inside" if inside else "outside"
 
 

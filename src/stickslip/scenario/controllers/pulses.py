@@ -97,6 +97,12 @@ class ExactPulses(_Pulses):
             **settings,
         )
 
+    def sources(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
+        sources = super().sources(setup, first, controller)
+        if first.learned is None:
+            sources.setdefault("static_friction", "Coulomb friction, as none is given")
+        return sources
+
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         return super().notes(setup, first, controller) + _uncertainty_notes(self, setup, first)
 
@@ -111,13 +117,12 @@ class Precise(ExactPulses):
     )
 
     def build(self, setup: Setup, first: FirstGuesses) -> PreciseController:
-        if first.learned is None:
-            first = self._completed(setup, first)
+        first = self._completed(setup, first)
         return PreciseController(pulses=self._pulses(setup, first), delay=self.delay)
 
     def _completed(self, setup: Setup, first: FirstGuesses) -> FirstGuesses:
         """Return the first guesses with friction, which is learned in the first move."""
-        missing = [name for name in _RUNNING if name not in first.values]
+        missing = _unknown(first)
         if not missing:
             return first
         law = PreciseController.unknown_friction(
@@ -134,6 +139,14 @@ class Precise(ExactPulses):
             values={**first.values, **{name: rule[name] for name in missing}},
             spread=spread,
         )
+
+    def sources(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
+        rule = "a rule from mass, effort limit and travel, as none is given"
+        return super().sources(setup, first, controller) | dict.fromkeys(_unknown(first), rule)
+
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
+        note = "Friction that [guess] does not state begins by a rule; the first move learns it."
+        return super().notes(setup, first, controller) + (note,) * bool(_unknown(first))
 
 
 class _Adaptive(_Pulses):
@@ -285,6 +298,12 @@ class AxisLanding(GainsByRule):
         if "coulomb_friction" not in first.values:
             notes += ("No friction is guessed: the controller begins without any.",)
         return notes
+
+
+def _unknown(first: FirstGuesses) -> list[str]:
+    """Return the friction without a first guess."""
+    known = _RUNNING if first.learned is not None else first.values
+    return [name for name in _RUNNING if name not in known]
 
 
 def _check_guess(table: Controller, first: FirstGuesses) -> None:

@@ -84,10 +84,6 @@ _FEWEST_BITS = 9  # of an encoder in a turn, the coarsest that is considered
 _MOST_BITS = 32  # of an encoder in a turn, the finest that is considered
 _TURN = 0.02  # relative error up to which a period is that of an angle in a unit [-]
 _TURN_OR_DEGREES = 10.0  # units: an angle that wraps below is in turns, above in degrees
-_CONVERTED = {
-    "mm": "convert it, for instance --position '1e-3 * COLUMN'",
-    "deg": "convert it, for instance --position 'COLUMN * pi / 180'",
-}
 
 
 def implausible_time(log: PreparedLog, tuning: PlausibilityTuning) -> str:
@@ -117,19 +113,21 @@ def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
         if speed > ratio * tuning.largest_speed or travel > ratio * tuning.largest_travel:
             return (
                 f"travel of {travel:.3g} m at up to {speed:.3g} m/s: is the position in mm? "
-                + _CONVERTED["mm"]
+                "if so, state --unit position=mm"
             )
         return ""
     if log.wrap_period > 0 and abs(log.wrap_period / (2.0 * np.pi) - 1.0) > _TURN:
+        degrees = log.wrap_period > _TURN_OR_DEGREES
         return (
             f"the position wraps every {log.wrap_period:.4g} units: is it in "
-            f"{'degrees' if log.wrap_period > _TURN_OR_DEGREES else 'turns'}? " + _CONVERTED["deg"]
+            f"{'degrees' if degrees else 'turns'}? if so, state --unit "
+            f"position={'deg' if degrees else 'rev'}"
         )
     if speed > tuning.largest_rotary_speed or _counts_degrees(log):
         return (
             f"travel of {travel:.3g} rad at up to {speed:.3g} rad/s"
             f"{', read from an encoder that divides 360 units' if _counts_degrees(log) else ''}: "
-            "is the position in degrees? " + _CONVERTED["deg"]
+            "is the position in degrees? if so, state --unit position=deg"
         )
     return ""
 
@@ -148,8 +146,8 @@ def ripple_of_degrees(model: Model, kind: AxisKind) -> str:
     if kind == "linear" or not any(abs(period / 360.0 - 1.0) < _TURN for period in periods):
         return ""
     return (
-        f"a force repeats every {periods[0]:.5g} units of the position: is it in degrees? "
-        + _CONVERTED["deg"]
+        f"a force repeats every {periods[0]:.5g} units of the position: is it in degrees? if so, "
+        "state --unit position=deg"
     )
 
 
