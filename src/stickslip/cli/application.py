@@ -73,7 +73,6 @@ def run(arguments: Sequence[str]) -> int:
     from stickslip.errors import StickslipError
 
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("stickslip: %(message)s"))
     logger = logging.getLogger("stickslip")
     logger.addHandler(handler)
     logger.propagate = False

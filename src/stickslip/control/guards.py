@@ -347,7 +347,9 @@ class GuardedController(PositionController[GuardedState]):
                 inner, effort = self.controller.blind(inner, seen.time)
         except Exception:
             # The drive must be stopped whatever the reason
-            _logger.exception("the controller failed at %g s; the axis is stopped", seen.time)
+            _logger.exception(
+                "stickslip: the controller failed at %g s; the axis is stopped", seen.time
+            )
             g.fault = at.FAILED
             inner = state.inner
         if g.samples > 1:
