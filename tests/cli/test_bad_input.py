@@ -138,6 +138,14 @@ def test_bad_output_is_found_before_the_fit(
     assert list(good_log.parent.iterdir()) == [good_log]
 
 
+@pytest.mark.parametrize("command", ["identify", "compare"])
+def test_report_that_is_named_as_no_page(command: str, run: Run, good_log: Path) -> None:
+    run(command, good_log, "--report", good_log.with_suffix(".pdf")).refused(
+        "--report is an HTML page, and the name ends in .pdf", ".html or .htm"
+    )
+    assert list(good_log.parent.iterdir()) == [good_log]
+
+
 def test_both_outputs_in_one_file(run: Run, good_log: Path) -> None:
     target = good_log.parent / "result"
     run("identify", good_log, "--json", target, "--report", target).refused("same file")
