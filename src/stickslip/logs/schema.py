@@ -216,7 +216,7 @@ def read_schema(path: str | Path) -> LogSchema:
     """
     path = Path(path)
     document = read_toml(path, what="schema", line='position = "encoder"')
-    guide = "the examples of schemas in the documentation"
+    guide = "docs/guide/logs.md, with a schema"
     return record_from(LogSchema, document, where=str(path), guide=guide)
 
 
