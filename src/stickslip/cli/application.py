@@ -40,7 +40,7 @@ for _command, _examples in (
     (excite.excite, excite.EXAMPLES),
     (position.position, position.EXAMPLES),
     (export.export, export.EXAMPLES),
-    (demo.demo, "Example:\n  stickslip demo --out demo-output"),
+    (demo.demo, "Example:\n  stickslip demo"),
     (demo.data, "Example:\n  stickslip data emps"),
 ):
     app.command(_command, help=_help(_command), help_epilogue=_examples)
