@@ -106,6 +106,7 @@ def test_path_that_is_no_log(place: str, words: list[str], run: Run, tmp_path: P
         (["identify", "a.csv", "--inertia", "heavy"], ["heavy", "--inertia"]),
         (["identify", "a.csv", "--inertia"], ["--inertia", "requires"]),
         (["identfy", "a.csv"], ["identfy", "identify"]),
+        (["simulate", "stage.toml"], ["stickslip position", "stickslip.simulate in Python"]),
         (["demo", "--out"], ["--out", "requires"]),
         (["demo", "--out", "x", "--seed", "many"], ["--seed", "many"]),
         (["data", "nothing"], ["nothing", "emps"]),
