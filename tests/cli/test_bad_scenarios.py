@@ -32,7 +32,7 @@ BAD_AXIS = [
     ("task = 'absent'", ["the table [task] is missing"]),
     ("task.tolerance = 'absent'", ["[task]", "tolerance is missing", "there, in m"]),
     ("axis.viscous_friction = 'absent'", ["[axis]", "viscous_friction is missing", "N s/m"]),
-    ("axis.mass = 'heavy'", ["[axis]", "mass is 'heavy'", "number"]),
+    ("axis.mass = 'heavy'", ["[axis]", "mass is 'heavy'", "see docs/reference/scenario.md"]),
     ("axis.mass = -1.0", ["[axis]", "mass is -1 kg", "positive"]),
     (
         "axis.static_friction = 90.0",

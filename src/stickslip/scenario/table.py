@@ -17,7 +17,7 @@ T = TypeVar("T", bound="Table")
 S = TypeVar("S")
 Units = tuple[str, str]
 Check = Callable[[str, Any, str], object]
-_GUIDE = "docs/reference/scenario.md, scenario keys"
+_GUIDE = "docs/reference/scenario.md"
 
 
 @dataclass(frozen=True)
