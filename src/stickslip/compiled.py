@@ -51,7 +51,8 @@ class _CompilationNotice(event.Listener):
         if not self._reported and cached and dispatcher.py_func.__module__.startswith("stickslip."):
             self._reported = True
             _logger.warning(
-                "compiling the kernels for this machine (once; later runs use the cache)"
+                "stickslip: compiling the kernels of this task (seconds to two minutes; its "
+                "later runs use the cache)"
             )
 
     def on_end(self, event: event.Event) -> None:
@@ -81,8 +82,8 @@ def _cache_root() -> Path | None:
             continue
         return root
     _logger.warning(
-        "kernels are compiled anew in every process: no folder for them can be written (tried "
-        "%s); set NUMBA_CACHE_DIR to one that can",
+        "stickslip: kernels are compiled anew in every process: no folder for them can be written "
+        "(tried %s); set NUMBA_CACHE_DIR to one that can",
         ", ".join(map(str, tried)),
     )
     return None
@@ -110,7 +111,9 @@ def _cache_folder(root: Path, sources: frozenset[Path]) -> tuple[Path, frozenset
         return folder, frozenset()
     files = [path for path in folder.rglob("*.nb?") if path.is_file()]
     if not all(map(_is_whole, files)):
-        _logger.warning("the kernel cache %s is damaged; its kernels are compiled anew", folder)
+        _logger.warning(
+            "stickslip: the kernel cache %s is damaged; its kernels are compiled anew", folder
+        )
         shutil.rmtree(folder, ignore_errors=True)
         return folder, frozenset()
     with contextlib.suppress(OSError):

@@ -77,6 +77,12 @@ class StickslipError(Exception):
             return line
         return "".join(each if each.isprintable() else " " for each in line)
 
+    def below(self, *headings: str) -> str:
+        """Return the sentence, without its place if that is one of the headings above it."""
+        bare = copy(self)
+        bare.where = "" if self.where in headings else self.where
+        return str(bare)
+
     def __str__(self) -> str:
         return self.sentence()
 

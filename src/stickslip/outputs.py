@@ -47,6 +47,12 @@ def _check(path: Path, inputs: Iterable[Path], what: str) -> None:
     trial.unlink()
 
 
+def check_page_suffix(path: Path, *, what: str = "the report") -> None:
+    """Check that the name of an HTML page does not end like that of another file."""
+    if path.suffix.lower() not in {"", ".html", ".htm"}:
+        raise InputError("output_is_page", where=str(path), what=what, suffix=path.suffix)
+
+
 @contextlib.contextmanager
 def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
     """Open a UTF-8 text file that appears under its name only once it is complete.

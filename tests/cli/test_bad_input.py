@@ -106,7 +106,8 @@ def test_path_that_is_no_log(place: str, words: list[str], run: Run, tmp_path: P
         (["identify", "a.csv", "--inertia", "heavy"], ["heavy", "--inertia"]),
         (["identify", "a.csv", "--inertia"], ["--inertia", "requires"]),
         (["identfy", "a.csv"], ["identfy", "identify"]),
-        (["demo"], ["--out", "requires"]),
+        (["simulate", "stage.toml"], ["stickslip position", "stickslip.simulate in Python"]),
+        (["demo", "--out"], ["--out", "requires"]),
         (["demo", "--out", "x", "--seed", "many"], ["--seed", "many"]),
         (["data", "nothing"], ["nothing", "emps"]),
     ],
@@ -135,6 +136,14 @@ def test_bad_output_is_found_before_the_fit(
     before = good_log.read_bytes()
     run("identify", good_log, option, good_log.parent / place).refused(option, problem)
     assert good_log.read_bytes() == before
+    assert list(good_log.parent.iterdir()) == [good_log]
+
+
+@pytest.mark.parametrize("command", ["identify", "compare"])
+def test_report_that_is_named_as_no_page(command: str, run: Run, good_log: Path) -> None:
+    run(command, good_log, "--report", good_log.with_suffix(".pdf")).refused(
+        "--report is an HTML page, and the name ends in .pdf", ".html or .htm"
+    )
     assert list(good_log.parent.iterdir()) == [good_log]
 
 

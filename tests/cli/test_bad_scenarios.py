@@ -32,7 +32,7 @@ BAD_AXIS = [
     ("task = 'absent'", ["the table [task] is missing"]),
     ("task.tolerance = 'absent'", ["[task]", "tolerance is missing", "there, in m"]),
     ("axis.viscous_friction = 'absent'", ["[axis]", "viscous_friction is missing", "N s/m"]),
-    ("axis.mass = 'heavy'", ["[axis]", "mass is 'heavy'", "number"]),
+    ("axis.mass = 'heavy'", ["[axis]", "mass is 'heavy'", "see docs/reference/scenario.md"]),
     ("axis.mass = -1.0", ["[axis]", "mass is -1 kg", "positive"]),
     (
         "axis.static_friction = 90.0",
@@ -122,7 +122,14 @@ BAD_AXIS = [
         f"controller = {{{PD}}}\nsensors.velocity = 'none'\nguess.only = true",
         ["[controller]", "velocity", "filter_time"],
     ),
-    ("controller.method = 'pid'", ["position_gain is missing", "bandwidth"]),
+    (
+        "controller.method = 'pid'",
+        ["position_gain is missing, and method 'pid' needs it", "in N/m, or give a bandwidth"],
+    ),
+    (
+        "controller = {method = 'pd', velocity_gain = 1e3}",
+        ["position_gain is missing, and method 'pd' needs it", "in N/m"],
+    ),
     (
         "controller = {method = 'pid', bandwidth = 2.0, position_gain = 1e4}",
         ["bandwidth and position_gain", "both"],

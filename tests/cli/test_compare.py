@@ -1,12 +1,15 @@
 """``stickslip compare``: what it prints and writes, and how it refuses what cannot be."""
 
+import io
 import json
+import time
 from pathlib import Path
 
 import pytest
 from stage_log import COULOMB, MASS, OFFSET, VISCOUS, Run, csv_text, table
 
 from stickslip import ESTIMATORS
+from stickslip.cli.terminal import progress_bar
 
 CLOSE = 0.03  # relative; the log has 1 % noise and a velocity that is differentiated from positions
 
@@ -202,3 +205,20 @@ def test_useless_option_and_bad_path(run: Run, scenario: Path, tmp_path: Path) -
     assert "overwrite" in run("compare", scenario, "--json", scenario).line()
     same = tmp_path / "same"
     assert "same file" in run("compare", scenario, "--json", same, "--report", same).line()
+
+
+class _Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("seconds", [0.01, 60.0])
+def test_a_bar_is_drawn_before_the_first_step_ends(
+    seconds: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stderr", shown := _Terminal())
+    end = time.monotonic() + 5.0 / (1.0 + seconds)
+    with progress_bar("comparing", quiet_time=seconds):
+        while "comparing" not in shown.getvalue() and time.monotonic() < end:
+            time.sleep(0.01)
+    assert ("comparing" in shown.getvalue()) == (seconds < 1.0)

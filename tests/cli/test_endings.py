@@ -201,7 +201,7 @@ def test_version(run: Run) -> None:
         ([], ["identify", "demo", "data", "Exit codes"]),
         (["--help"], ["identify", "demo", "data", "Exit codes"]),
         (["identify", "--help"], ["--schema", "--report", "--json", "Examples:", "kg m²"]),
-        (["demo", "--help"], ["--out", "--seed", "Example:"]),
+        (["demo", "--help"], ["--out", "demo-output", "--seed", "Example:"]),
         (["data", "--help"], ["emps", "STICKSLIP_DATA"]),
     ],
 )

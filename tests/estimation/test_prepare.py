@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.estimation.prepare import RepairedLog, prepare, repaired, with_common_times
@@ -51,6 +52,14 @@ def test_a_log_without_defects_keeps_its_samples(load: bool) -> None:
         np.testing.assert_array_equal(before, after)
     assert repaired(found) is found
     assert isinstance(found.part(0, 100), RepairedLog)
+
+
+@pytest.mark.parametrize("samples", [4, 19])
+def test_a_log_without_a_part_is_refused(samples: int) -> None:
+    whole = log_of(TRUE)
+    assert prepare(whole.part(0, 20)).checked().parts
+    with refuses("no_stretch", samples=samples, least=20):
+        prepare(whole.part(0, samples)).checked()
 
 
 @pytest.mark.parametrize("load", [False, True])

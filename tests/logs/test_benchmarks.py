@@ -53,7 +53,7 @@ def test_fetched_once_and_reported(registered, caplog):
     with caplog.at_level(logging.WARNING, logger="stickslip"):
         folder = find_benchmark("stage")
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == CONTENT
-    assert [record.getMessage().split()[0] for record in caplog.records] == ["fetched"] * 2
+    assert [each.getMessage()[:18] for each in caplog.records] == ["stickslip: fetched"] * 2
     for path in registered.iterdir():
         path.unlink()
     assert find_benchmark("stage") == folder

@@ -13,6 +13,10 @@ from stickslip.cli import compare, demo, excite, export, identify, inspect, posi
 from stickslip.cli.terminal import one_line, reader_may_leave, say
 
 _BAD_INPUT = 2  # exit code
+_SIMULATE = (
+    "there is no command simulate; stickslip position simulates the moves of a scenario, and "
+    "stickslip.simulate in Python an axis under a given effort"
+)
 
 app = App(
     name="stickslip",
@@ -40,7 +44,7 @@ for _command, _examples in (
     (excite.excite, excite.EXAMPLES),
     (position.position, position.EXAMPLES),
     (export.export, export.EXAMPLES),
-    (demo.demo, "Example:\n  stickslip demo --out demo-output"),
+    (demo.demo, "Example:\n  stickslip demo"),
     (demo.data, "Example:\n  stickslip data emps"),
 ):
     app.command(_command, help=_help(_command), help_epilogue=_examples)
@@ -61,6 +65,9 @@ def run(arguments: Sequence[str]) -> int:
     try:
         command, bound, _ = app.parse_args(arguments, print_error=False, exit_on_error=False)
     except CycloptsError as error:
+        if arguments[:1] == ["simulate"]:
+            say(_SIMULATE)
+            return _BAD_INPUT
         known = [name for name in app if not name.startswith("-")]
         named = [each for each in arguments[:1] if each in known]
         say(f"{one_line(str(error)).rstrip('.')}; see: {' '.join(['stickslip', *named])} --help")
@@ -73,7 +80,6 @@ def run(arguments: Sequence[str]) -> int:
     from stickslip.errors import StickslipError
 
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("stickslip: %(message)s"))
     logger = logging.getLogger("stickslip")
     logger.addHandler(handler)
     logger.propagate = False

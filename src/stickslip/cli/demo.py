@@ -15,7 +15,7 @@ def demo(
     out: Annotated[
         Path,
         Parameter(help="Folder for what is written; made if it is missing.", converter=folder),
-    ],
+    ] = Path("demo-output"),
     seed: Annotated[int, Parameter(help="Of the sensors' noise.", converter=whole_number)] = 1,
 ) -> int:
     """Simulate a flexible arm, identify its friction beside the truth, and land it on a target.

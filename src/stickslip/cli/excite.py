@@ -53,10 +53,10 @@ class WantedEffort:
     """Largest speed, in m/s or rad/s. [default: no limit]"""
     travel_limit: float | None = None
     """Largest distance from the start, in m or rad. [default: no limit]"""
-    position_noise: Annotated[float, Parameter(group=_SENSORS)] = 0.0
-    """Standard deviation of the positions, in m or rad."""
-    encoder_step: Annotated[float, Parameter(group=_SENSORS)] = 0.0
-    """Step of the encoder, in m or rad."""
+    position_noise: Annotated[float, Parameter(group=_SENSORS, show_default=False)] = 0.0
+    """Standard deviation of the positions, in m or rad. [required without --encoder-step]"""
+    encoder_step: Annotated[float, Parameter(group=_SENSORS, show_default=False)] = 0.0
+    """Step of the encoder, in m or rad. [required without --position-noise]"""
     velocity_noise: Annotated[float | None, Parameter(group=_SENSORS)] = None
     """Standard deviation of measured velocities, in m/s or rad/s. [default: not measured]"""
     duration: Annotated[float, Parameter(group=_EFFORT)]

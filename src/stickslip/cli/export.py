@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import Flag, group, whole_number
-from stickslip.cli.terminal import console_on, reader_may_leave, say
+from stickslip.cli.terminal import console_on, reader_may_leave, say, working
 
 EXAMPLES = """Examples:
   stickslip export urdf elbow.json --into robot.urdf --joint elbow --out robot-friction.urdf
@@ -126,26 +126,27 @@ def export(
         )
     from stickslip.export import EstimateReading, ExportSettings, Transmission, write
 
-    result = write(
-        estimate,
-        target,
-        out,
-        into=written.into,
-        joint=written.joint,
-        reading=EstimateReading(
-            axis=written.axis,
-            transmission=Transmission(
-                side=values.side, gear_ratio=values.gear_ratio, lead=values.lead
+    with working(f"exporting {out.name}"):
+        result = write(
+            estimate,
+            target,
+            out,
+            into=written.into,
+            joint=written.joint,
+            reading=EstimateReading(
+                axis=written.axis,
+                transmission=Transmission(
+                    side=values.side, gear_ratio=values.gear_ratio, lead=values.lead
+                ),
+                torque_constant=values.torque_constant,
+                force=written.force,
             ),
-            torque_constant=values.torque_constant,
-            force=written.force,
-        ),
-        settings=ExportSettings(
-            overwrite=written.overwrite,
-            torque_constant=values.torque_constant,
-            **vars(options or TargetOptions()),
-        ),
-    )
+            settings=ExportSettings(
+                overwrite=written.overwrite,
+                torque_constant=values.torque_constant,
+                **vars(options or TargetOptions()),
+            ),
+        )
     for sentence in result.warnings:
         say(sentence)
     console = console_on("output")

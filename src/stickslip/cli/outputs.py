@@ -113,6 +113,14 @@ class ResultFiles(JsonFile):
         """Return the files by the options that name them."""
         return {**super().named(), "report": self.report}
 
+    def check(self, *, inputs: Sequence[Path], **others: Path | None) -> None:
+        """Check the files, and that the report is named as an HTML page."""
+        from stickslip.outputs import check_page_suffix
+
+        super().check(inputs=inputs, **others)
+        if self.report is not None:
+            check_page_suffix(self.report, what="report")
+
     def write_all(self, found: "Result") -> None:
         """Write the requested files."""
         from stickslip import write_report

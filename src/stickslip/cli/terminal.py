@@ -3,7 +3,7 @@
 import contextlib
 import os
 import sys
-import time
+import threading
 from collections.abc import Callable, Generator, Sequence
 from typing import TYPE_CHECKING, Literal
 
@@ -106,21 +106,25 @@ def progress_bar(
     """Draw a bar on a terminal after ``quiet_time`` [s]; print nothing elsewhere.
 
     Yields a function of the number done, the number of all, and the description of the next step;
-    None without a bar.
+    None without a bar. A timer draws the bar, as the first step may be a long one.
     """
     if not sys.stderr.isatty():
         yield None
         return
     from rich.progress import Progress
 
-    begun = time.monotonic()
-    with contextlib.ExitStack() as drawn:
-        bar = Progress(console=console_on("error"), transient=True)
-        task = bar.add_task(doing, total=None)
+    bar = Progress(console=console_on("error"), transient=True)
+    task = bar.add_task(doing, total=None)
+    timer = threading.Timer(quiet_time, bar.start)
 
-        def advance(done: int, every: int, doing: str | None = None) -> None:
-            bar.update(task, completed=done, total=every, description=doing)
-            if not bar.live.is_started and time.monotonic() - begun >= quiet_time:
-                drawn.enter_context(bar)
+    def advance(done: int, every: int, doing: str | None = None) -> None:
+        bar.update(task, completed=done, total=every, description=doing)
 
+    timer.start()
+    try:
         yield advance
+    finally:
+        timer.cancel()
+        timer.join()
+        if bar.live.is_started:
+            bar.stop()

@@ -350,7 +350,9 @@ class GuardedController(PositionController[GuardedState]):
             if (interruption := interruption_behind(error)) is not None:
                 raise interruption from None
             # The drive must be stopped whatever the reason
-            _logger.exception("the controller failed at %g s; the axis is stopped", seen.time)
+            _logger.exception(
+                "stickslip: the controller failed at %g s; the axis is stopped", seen.time
+            )
             g.fault = at.FAILED
             inner = state.inner
         if g.samples > 1:

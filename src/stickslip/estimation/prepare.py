@@ -20,7 +20,7 @@ from stickslip.estimation.signals.observation import fuse
 from stickslip.estimation.signals.resampling import SMALLEST_JITTER, resampled
 from stickslip.estimation.signals.sensor_noise import encoder_step, position_noise
 from stickslip.estimation.signals.velocity_delay import checked_velocity
-from stickslip.records import AxisLog, EffortKind, count_of
+from stickslip.records import AxisLog, EffortKind, InputError, count_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +109,18 @@ class PreparedLog:
     def resampled(self) -> bool:
         """Whether the time stamps were uneven."""
         return self.log.timing_jitter >= SMALLEST_JITTER
+
+    def checked(self) -> "PreparedLog":
+        """Return the log; one without parts, which is too short, is an InputError."""
+        if not self.parts:
+            raise InputError(
+                "no_stretch",
+                where=self.log.name,
+                samples=len(self.log),
+                sampling_time=self.sampling_time,
+                least=_DEFAULT.shortest_part,
+            )
+        return self
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -115,7 +115,7 @@ def _fetched(name: str, benchmark: _Benchmark) -> Path:
                 name=name,
                 variable=_PLACE,
             ) from error
-        _logger.warning("fetched %s", address)
+        _logger.warning("stickslip: fetched %s", address)
     return folder
 
 

@@ -216,8 +216,7 @@ def read_schema(path: str | Path) -> LogSchema:
     """
     path = Path(path)
     document = read_toml(path, what="schema", line='position = "encoder"')
-    guide = "the examples of schemas in the documentation"
-    return record_from(LogSchema, document, where=str(path), guide=guide)
+    return record_from(LogSchema, document, where=str(path), guide="docs/guide/logs.md")
 
 
 def toml_text(axes: Mapping[str, AxisSchema], files: Mapping[str, str]) -> str:

@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip.outputs import whole_file
+from stickslip.outputs import check_page_suffix, whole_file
 from stickslip.presentation.drawing import Plot, legend
 from stickslip.presentation.table import Cell, Table
 from stickslip.presentation.words import typeset, value_text
@@ -124,6 +124,7 @@ def headed_list(heading: str, sentences: Sequence[str]) -> list[Block]:
 def write_page(page: Page, path: Path | str) -> Path:
     """Write a page, once it is known that it can be, and return where."""
     target = Path(path)
+    check_page_suffix(target)
     with whole_file(target, what="the report") as stream:
         stream.write(rendered(page))
     return target

@@ -45,12 +45,13 @@ def write_report(result: Result, path: Path | str) -> Path:
         `stickslip.compare_scenario` or `stickslip.position`; nothing is computed from it but the
         figures.
     path
-        The HTML file to write, which is returned; an existing one is replaced.
+        The HTML file to write (``.html`` or ``.htm``), which is returned; an existing one is
+        replaced.
 
     Raises
     ------
     InputError
-        If it is no result of these, or nothing can be written there.
+        If it is no result of these, the path has another suffix, or nothing can be written there.
     """
     return write_page(page_of(result), path)
 

@@ -17,7 +17,7 @@ T = TypeVar("T", bound="Table")
 S = TypeVar("S")
 Units = tuple[str, str]
 Check = Callable[[str, Any, str], object]
-_GUIDE = "scenario keys in the reference"
+_GUIDE = "docs/reference/scenario.md"
 
 
 @dataclass(frozen=True)

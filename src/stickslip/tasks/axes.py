@@ -187,7 +187,7 @@ def identify_axes(
     if not found:
         raise next(iter(errors.values()))
     return AxesIdentification(
-        name=name, axes=found, unread={axis: str(error) for axis, error in errors.items()}
+        name=name, axes=found, unread={axis: each.below(axis) for axis, each in errors.items()}
     )
 
 
@@ -211,7 +211,7 @@ def validated(
 
     error: float | None = None
     if isinstance(other, InputError):
-        reason = str(other)
+        reason = other.below(name)
     elif other.kind != found.log.kind or other.effort_unit != found.log.effort_unit:
         reason = str(InputError("validation_of_another_axis", where=name))
     else:
@@ -219,7 +219,7 @@ def validated(
             error = prediction_error(found.estimate, other, inertia=inertia)
             reason = "" if error is not None else "the axis slips in no window of it"
         except InputError as problem:
-            reason = str(problem)
+            reason = problem.below(other.name)
     return replace(found, validation=Validation(log=name, error=error, reason=reason))
 
 

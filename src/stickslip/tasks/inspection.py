@@ -109,7 +109,9 @@ def inspect(
             _column(table, column, discovery.by_column.get(column), values[column])
             for column in table.headers
         ),
-        axes=tuple(_proposal(each, schemas[each], log, limit) for each, log in logs.items()),
+        axes=tuple(
+            _proposal(each, schemas[each], log, limit, table.label) for each, log in logs.items()
+        ),
         notes=table.notes,
         limit=limit,
     )
@@ -243,7 +245,7 @@ def _rates(
 
 
 def _proposal(
-    name: str, assigned: Assignment, log: AxisLog | InputError, limit: float | None
+    name: str, assigned: Assignment, log: AxisLog | InputError, limit: float | None, label: str
 ) -> AxisProposal:
     """Return an axis with the result of its reading."""
     texts = {
@@ -252,7 +254,8 @@ def _proposal(
         if (text := getattr(assigned.schema, channel)) is not None
     }
     if isinstance(log, InputError):
-        return AxisProposal(name=name, columns=texts, kind=assigned.schema.kind, problem=str(log))
+        problem = log.below(label)
+        return AxisProposal(name=name, columns=texts, kind=assigned.schema.kind, problem=problem)
     from stickslip.estimation.prepare import PreparationTuning
     from stickslip.estimation.signals.arrival_times import ArrivalTuning, with_even_time
 
@@ -294,7 +297,7 @@ def _expected(log: AxisLog, limit: float | None) -> tuple[tuple[ExpectedPrecisio
     try:
         return expected_precision(log, limit=limit), ""
     except StickslipError as error:
-        return (), str(error)
+        return (), error.below(log.name)
 
 
 def effort_lag(log: AxisLog) -> tuple[float | None, float | None]:

@@ -66,15 +66,11 @@ def _holds(axis: str, joint: str) -> bool:
 
 def _motion_of(log: AxisLog) -> Float[np.ndarray, "4 n"]:
     """Return time, position, velocity and acceleration, each stretch between gaps by itself."""
-    prepared = prepare(log)
+    prepared = prepare(log).checked()
     parts = [
         np.vstack([part.time, _smoothed(part.position, prepared.sampling_time)])
         for part in prepared.parts
     ]
-    if not parts:
-        raise InputError(
-            "no_stretch", where=log.name, samples=len(log), sampling_time=log.sampling_time
-        )
     return np.hstack(parts)
 
 

@@ -242,14 +242,7 @@ class SelectedModelEstimator:
             If the log has no motion or no effort, or it is too short for any window.
         """
         check_excited(log)
-        held = prepare(log, effort_kind=self.effort_kind or "held")
-        if not held.parts:
-            raise InputError(
-                "no_stretch",
-                where=log.name,
-                samples=len(held.log),
-                sampling_time=held.sampling_time,
-            )
+        held = prepare(log, effort_kind=self.effort_kind or "held").checked()
         if self.effort_kind is not None:
             return held
         if held.resampled:

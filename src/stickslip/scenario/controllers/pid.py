@@ -9,7 +9,7 @@ from stickslip.control import Dither, PIDController, ProfileController, ResetInt
 from stickslip.records import InputError, non_negative, positive
 from stickslip.scenario.controllers.base import Controller, Setup
 from stickslip.scenario.guess import AXIS_GUESSES, FirstGuesses
-from stickslip.scenario.table import ScenarioError, key, required
+from stickslip.scenario.table import ScenarioError, key, kind_in, required
 
 _STIFFNESS, _INTEGRAL = ("N/m", "N m/rad"), ("N/(m s)", "N m/(rad s)")
 _DAMPING = ("N s/m", "N m s/rad")
@@ -108,13 +108,21 @@ class PIDControl(_Feedback):
     )
 
     @model_validator(mode="after")
-    def _check_gains(self) -> "PIDControl":
+    def _check_gains(self, info: Any) -> "PIDControl":
         given = [*self._gains(), *(["filter_time"] if self.filter_time is not None else [])]
         if self.bandwidth is not None and given:
             raise InputError("bandwidth_and_gains", names=given)
         for name in ("position_gain", "velocity_gain", "integral_gain"):
             if self.bandwidth is None and name not in given:
-                raise InputError("gain_or_bandwidth_missing", name=name)
+                raise InputError(
+                    "missing_key",
+                    name=name,
+                    unit=self.declared()[name].unit_on(kind_in(info)),
+                    tag="method",
+                    tag_value=self.method,
+                    particular=True,
+                    alternative="bandwidth",
+                )
         return self
 
     def used(self) -> tuple[str, ...]:

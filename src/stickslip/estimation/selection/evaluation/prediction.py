@@ -151,12 +151,7 @@ def _moving(log: AxisLog, effort_kind: EffortKind = "held") -> PreparedLog:
     """Return a log as prepared, if anything moves in it."""
     if np.ptp(log.measured_position) == 0:
         raise InputError("position_constant", where=log.name)
-    prepared = prepare(log, effort_kind=effort_kind)
-    if not prepared.parts:
-        raise InputError(
-            "no_stretch", where=log.name, samples=len(log), sampling_time=log.sampling_time
-        )
-    return prepared
+    return prepare(log, effort_kind=effort_kind).checked()
 
 
 def _windows(prepared: PreparedLog, window: float | None) -> tuple[SlipMotions, Weight]:
