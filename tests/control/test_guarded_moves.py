@@ -103,7 +103,8 @@ def moved(
     low, high = sorted((0.0, target))
     state, x, v, farthest, wrong = guard.init(), 0.0, 0.0, 0.0, 0
     for k in range(samples):
-        seen = STEP * round((sensor(k * period, x) + noise * float(generator.normal())) / STEP)
+        shown = sensor(k * period, x + noise * float(generator.normal()))
+        seen = STEP * round(shown / STEP)
         state, effort = guard.step(state, SensorSample(k * period, seen, nan, nan, nan))
         efforts.append(effort)
         wrong += guard.outcome(state) is REACHED and abs(x - target) > 2.0 * TOLERANCE
@@ -331,9 +332,8 @@ def test_an_axis_at_an_end_stop_is_blocked(place: float) -> None:
     assert run.speed == 0.0
 
 
-@pytest.mark.parametrize("after", [0.0, 0.03, 0.04])
-def test_a_frozen_encoder_is_no_axis_to_be_freed(after: float) -> None:
-    """It keeps one count, as after its cable is cut, from the start or in the move on."""
+def freezing(after: float) -> Samples:
+    """Return a sensor that keeps one value, as after its cable is cut."""
     held: list[float] = []
 
     def frozen(time: float, x: float) -> float:
@@ -342,8 +342,32 @@ def test_a_frozen_encoder_is_no_axis_to_be_freed(after: float) -> None:
         held.append(x)
         return held[0]
 
-    run = moved(guarded(10.0), sensor=frozen)
+    return frozen
+
+
+@pytest.mark.parametrize("after", [0.0, 0.03, 0.04])
+def test_a_frozen_encoder_is_no_axis_to_be_freed(after: float) -> None:
+    """It freezes at the start or in the move."""
+    run = moved(guarded(10.0), sensor=freezing(after))
     assert run.outcome is STOPPED
     assert "frozen" in run.why
     assert run.speed == 0.0
     assert run.farthest < 2.0 * WAY
+
+
+@pytest.mark.parametrize("limit", [10.0, 30.0])
+@pytest.mark.parametrize("after", [0.03, 0.05, 0.07, 0.09, 0.11, 0.13, 0.2])
+def test_an_axis_with_a_frozen_sensor_stays_within_its_travel(limit: float, after: float) -> None:
+    """At 10 ms, a move takes less than 20 samples; one more after the freezing could leave it."""
+    noise = STEP
+    for seed in range(3):
+        run = moved(
+            guarded(limit, noise=noise, period=0.01),
+            noise=noise,
+            sensor=freezing(after),
+            samples=200,
+            seed=seed,
+        )
+        assert run.outcome is STOPPED
+        assert "frozen" in run.why
+        assert run.farthest < WAY

@@ -21,6 +21,7 @@ import numpy as np
 from stickslip.compiled import compiled
 from stickslip.control.precise.learning import (
     BRAKING,
+    FROZEN,
     HISTORY,
     HOLDING,
     KEPT,
@@ -82,19 +83,22 @@ _EVEN = 0.7  # of the way of three samples is that of each at most; from rest it
 
 
 @compiled()
-def awaits_sensor(p: Any, s: Any) -> bool:
-    """Return whether a change of positions is waited for that should differ.
+def doubt_sensor(p: Any) -> None:
+    """From here on equal positions are those of a frozen sensor, unless many of them are seen."""
+    if p.noisy == 0:
+        p.noisy = 1
 
-    It is for so long that a guard stops a frozen sensor with noise. Positions that remain equal
-    need not differ; a move that they have not shown then counts as a pulse that moved nothing.
+
+@compiled()
+def awaits_sensor(p: Any) -> bool:
+    """Return whether a change is waited for, of positions that a frozen sensor may show.
+
+    It is for so long that a guard stops a sensor with noise.
     """
-    if p.noisy != 1 or p.equal < _ALIKE:
-        return False
-    if p.equal < _QUIET:
-        return True
-    p.noisy = -1
-    s.idle += 1 - p.by_pulse
-    return False
+    if p.equal >= _QUIET and p.noisy == 1:
+        p.noisy = -1
+    alike = p.noisy == 1 and p.equal >= _ALIKE
+    return p.equal < _QUIET and (alike or p.glitch == FROZEN)
 
 
 @compiled()
@@ -103,13 +107,14 @@ def remember(p: Any, x: float) -> None:
 
     Counts equal positions, and the samples since it has turned round by a visible way, too.
     """
-    p.equal = p.equal + 1 if p.past_count > 0 and x == p.past[0] else 0
-    if p.moving:  # what moves cannot show that its sensor is quiet
-        p.equal = min(p.equal, _ALIKE)
     step, before = x - p.past[0], p.past[0] - p.past[1]
-    trembles = p.past_count > 1 and step * before < 0.0
-    if p.noisy == 0 and trembles and abs(step - before) <= _VISIBLE * p.noise:
-        p.noisy = 1
+    if p.past_count > 1 and step * before < 0.0 and abs(step - before) <= _VISIBLE * p.noise:
+        doubt_sensor(p)
+    if p.past_count == 0 or step != 0.0:
+        p.equal = 0
+        p.glitch = min(p.glitch, 1)
+    elif p.moving == 0 or p.equal < _ALIKE:  # many are counted from rest on
+        p.equal += 1
     for k in range(KEPT - 1, 0, -1):
         p.past[k] = p.past[k - 1]
     p.past[0] = x

@@ -20,6 +20,7 @@ from stickslip.control.precise.braking import (
     awaits_sensor,
     brake,
     coasts,
+    doubt_sensor,
     hold,
     is_falling,
     letting_go,
@@ -33,6 +34,7 @@ from stickslip.control.precise.braking import (
 from stickslip.control.precise.learning import (
     BRAKING,
     EXPLAINED,
+    FROZEN,
     HOLDING,
     MOVE,
     SERVO,
@@ -278,12 +280,12 @@ def _decide(p: Any, s: Any, own: Any, rested: bool) -> None:
         if s.fresh:
             freed = own.moved_at.sum()
             exact_learning.learn(s, own)
-            if p.noisy == 0 and own.moved_at.sum() > freed:  # a weaker pulse has moved the axis
-                p.noisy = 1
+            if own.moved_at.sum() > freed:  # a weaker pulse has moved the axis
+                doubt_sensor(p)
             p.swing, p.by_pulse = p.swing + abs(s.last.achieved), 1
             if p.known:
                 _hasten(p, s, own)
-    if not p.undecided or awaits_sensor(p, s):
+    if not p.undecided or awaits_sensor(p):
         return
     if s.outcome == MOVING and own.fruitless >= _FRUITLESS and p.swing > abs(s.error):
         p.waits = 1
@@ -305,7 +307,8 @@ def _rested(p: Any, s: Any, own: Any) -> None:
     if s.outcome != MOVING:
         return
     unmoved = p.unseen == 1 and abs(s.rest - p.start) <= s.least_motion
-    p.unseen = 0
+    unmoved = unmoved or p.glitch == FROZEN
+    p.unseen = p.glitch = 0
     if unmoved:
         exact_choice.give_up(s, own, HELD_FAST)
     elif _moves(p, s, own, abs(s.error)):
@@ -340,7 +343,7 @@ def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
         u = hold(p, m, _mean_friction(own), measured)
     if p.moving == 0:
         _ended(p, s, own)
-        missed = moved and measured and p.glitch != 1 and abs(s.target - x) > s.tolerance
+        missed = moved and measured and p.glitch < 1 and abs(s.target - x) > s.tolerance
         if missed and _servo_continues(p):
             start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
             return servo_effort(p, x)

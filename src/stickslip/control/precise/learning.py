@@ -41,6 +41,7 @@ TAUGHT = 3  # of these, those that the pulses take over: m, F, c
 PAST = 4  # positions of a mean speed over three samples
 KEPT = 17  # positions kept: of the longest mean speed, that of an axis that vibrates
 SHAKES = 3  # changes of the sign of wild innovations: the axis vibrates
+FROZEN = 2  # of `glitch`: it equals the one before, though the axis surely moves
 
 # A move; braking after one that no plan explains; a push; the servo, once the axis vibrates
 MOVE, BRAKING, HOLDING, SERVO = 1, 2, 3, 4
@@ -82,10 +83,8 @@ OWN_DTYPE = np.dtype(
         ("seen", "i8"),  # 1 once it has moved
         ("wild", "i8"),  # innovations that the model does not explain
         ("off", "f8"),  # the last of them
-        (
-            "glitch",
-            "i8",
-        ),  # 1: the last position was not used; -1: it was, though no law explains it
+        # 1 or FROZEN: the last position was not used; -1: it was, though no law explains it
+        ("glitch", "i8"),
         ("shakes", "i8"),  # how often their sign has changed, counted by weight
         ("reversals", "i8"),  # how often it has changed in this move, `_SLOW` samples apart or more
         ("reversed_at", "i8"),  # sample of the move in which it has changed last
@@ -104,7 +103,7 @@ OWN_DTYPE = np.dtype(
         ("past", "f8", (KEPT,)),  # the last positions of all, as measured; the latest is the first
         ("past_count", "i8"),  # of them so far
         ("equal", "i8"),  # of them, in a row up to the latest, besides the first
-        ("noisy", "i8"),  # 1 once they had to differ by noise or motion; -1 if they need not
+        ("noisy", "i8"),  # 1 once they should differ, as by noise; -1 once they need not
         ("free_x", "f8"),  # position from which on no effort has acted and the axis has not turned
         ("free_v", "f8"),  # speed there
         ("farthest", "f8"),  # extreme position since the axis has last turned round

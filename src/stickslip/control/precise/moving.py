@@ -34,6 +34,7 @@ from stickslip.control.precise.braking import (
 )
 from stickslip.control.precise.learning import (
     BRAKING,
+    FROZEN,
     LONGEST_DELAY,
     MOVE,
     PAST,
@@ -201,7 +202,8 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     The effort that acted at the start of the sample is ``f``. An innovation of more than three
     standard deviations is that of the acceleration. A position that no possible force explains is a
     glitch, and not used; the next one is, and so are all after a position that was used although no
-    law explains it, as on an axis that vibrates.
+    law explains it, as on an axis that vibrates. One that equals the position before, though the
+    axis surely moves, is that of a frozen sensor, and so are those that equal it.
     """
     T = p.period
     law = model(p)
@@ -222,12 +224,12 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     off, R = x - x_0, variance_of(p)
     if measured:
         most = 0.5 * STRONGEST_PUSH * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
-        runs = p.glitch == 1 or way > _RUNS * math.sqrt(p.p_xx + R) + p.bend
-        frozen = p.equal > 0 and p.seen == 1 and p.noisy >= 0 and runs
-        p.glitch = 1 if frozen or (p.glitch == p.wild == 0 and abs(off) > most) else 0
-        if frozen:
-            p.noisy = 1
-    if measured and p.glitch != 1:
+        runs = p.glitch == FROZEN or way > _RUNS * math.sqrt(p.p_xx + R) + p.bend
+        if p.equal > 0 and p.seen == 1 and runs:
+            p.glitch = FROZEN
+        else:
+            p.glitch = 1 if p.glitch == p.wild == 0 and abs(off) > most else 0
+    if measured and p.glitch < 1:
         beyond = off * off / _OUTLYING - p.p_xx - R
         if beyond > 0.0:
             p.glitch = -1
@@ -473,7 +475,7 @@ def _falls_back(p: Any) -> bool:
     """Return whether a load moves an axis against its move, from rest and ever faster."""
     back = direction(p) * (p.past[0] - p.past[1]) < 0.0
     rested = p.seen == 0 and p.shaken == 0 and p.way > 0.0
-    return rested and back and becomes_faster(p) and p.glitch != 1 and p.past_count >= PAST
+    return rested and back and becomes_faster(p) and p.glitch < 1 and p.past_count >= PAST
 
 
 @compiled()
@@ -485,7 +487,7 @@ def go_on(p: Any, position: float, measured: bool) -> float:
         _track(p, x, measured, p.effort[p.best])
         if p.seen and p.v <= 0.0:
             p.open = 0  # it has stopped within the sample
-        if measured and p.glitch != 1:
+        if measured and p.glitch < 1:
             p.seen = p.shown = 1 if p.seen or x > _SEEN * p.noise else 0
             learn(p, x, True)
             tau = (p.samples - delay_of(p.best)) * p.period

@@ -63,7 +63,7 @@ _ALONG_LAG = 0.02  # of the displacement: the pulse that stands for a lagging on
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
-_AGAIN = 1.05  # likewise on an axis that vibrates: rather the same again
+_AGAIN = 1.05  # likewise on an axis that vibrates or that a move has taught: rather the same again
 _STRONG = 0.7  # of the effort limit: longer pulses follow, not stronger ones
 _PATIENT, _BOLDER = 4, 3.0  # as many may fail; then the first guess is wrong by more than that
 _CLEAR = 4.0  # standard deviations of a position
@@ -349,7 +349,7 @@ def learn(s: Any, own: Any) -> None:
         if own.moved_at[side] <= _GROWN * strength:  # it has grown since
             own.moved_at[side] = own.limit
         growth = STRONGER if s.idle <= _PATIENT else _BOLDER
-        if own.vibrates and s.idle <= 2 * _PATIENT:
+        if (own.vibrates or own.taught) and s.idle <= 2 * _PATIENT:
             growth = _AGAIN
         next_try = min(0.5 * (strength + own.moved_at[side]), strength * growth)
         own.breakaway[side] = max(own.breakaway[side], next_try)
