@@ -188,6 +188,7 @@ AXIS_CASES = (
     _loaded(1.6),
     _loaded(2.4),
     Case(name="frozen sensors", mild=False, channels=Channels(frozen_from=0.35)),
+    Case(name="sensors that freeze in the move", mild=False, channels=Channels(frozen_from=0.05)),
     Case(name="no sensors", mild=False, channels=Channels(lost=1.0)),
 )
 
