@@ -1,5 +1,6 @@
 """The controller of moves and pulses: what a move teaches, how long it takes, what it survives."""
 
+import math
 from dataclasses import replace
 from math import inf, isfinite, nan, sqrt
 from typing import Any
@@ -724,14 +725,15 @@ def test_a_servo_that_goes_too_far_feeds_less_friction_forward(goes: float, shar
 
 @pytest.mark.parametrize("targets", [1, 8])
 def test_a_servo_begins_20_profiles_for_each_target(targets: int) -> None:
-    """The axis rests 0.5 mm before its targets of 10 mm and -10 mm in turn."""
+    """After its first one; the axis rests 0.5 mm before its targets of 10 mm and -10 mm in turn."""
     p, x, begun = serving(0.0095), 0.0095, 0
     for k in range(targets):
         if k:
             x = -x
             retarget_servo(p, x / 0.95)
-        p.patience, before = inf, p.profiles
+        before = p.profiles
         for _ in range(1500):
+            p.patience = inf
             servo_effort(p, x)
             begun += p.profiles - before
             before = p.profiles
@@ -739,3 +741,18 @@ def test_a_servo_begins_20_profiles_for_each_target(targets: int) -> None:
                 break
     assert begun == (21 if targets == 1 else 15 * targets)
     assert (p.moving == at.SERVO) == (targets > 1)
+
+
+def test_a_servo_has_the_time_of_the_profile_to_each_target() -> None:
+    """After 0.5 mm to its first target an axis with an effort limit of 300 N goes on to 0.5 m."""
+    p = serving(0.0095)
+    servo_effort(p, 0.0095)
+    retarget_servo(p, 0.5)
+    servo_effort(p, 0.0095)
+    samples = math.ceil(profile_kernels.duration(p.servo) / 1e-3)
+    assert samples * 1e-3 > 0.5  # longer than the time for the first target
+    for _ in range(samples):
+        x, _, _ = profile_kernels.reference(p.servo, p.servo.samples * 1e-3)
+        servo_effort(p, x)
+    assert p.moving == at.SERVO
+    assert p.servo_failed == 0

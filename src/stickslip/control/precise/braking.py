@@ -77,28 +77,26 @@ _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
 _UNSURE = 3.0  # standard deviations of a speed
 _FARTHER = 3.0  # times that way: bristles spring back less far
-_ALIKE = 4  # equal positions in a row of a sensor with noise, which may be frozen
-_QUIET = 25  # equal positions in a row of a sensor without noise, as no guard has stopped it
+_EQUAL_OF_NOISE = 4  # positions in a row that are rarely equal where there is noise
+_MANY_EQUAL = 25  # likewise, those of a sensor without noise
 _EVEN = 0.7  # of the way of three samples is that of each at most; from rest it is 5/9
 
 
 @compiled()
-def doubt_sensor(p: Any) -> None:
-    """From here on equal positions are those of a frozen sensor, unless many of them are seen."""
-    if p.noisy == 0:
-        p.noisy = 1
+def expect_noise(p: Any) -> None:
+    """Take equal positions for those of a frozen sensor from here on, until many are seen."""
+    if p.sensor_noise == 0:
+        p.sensor_noise = 1
 
 
 @compiled()
-def awaits_sensor(p: Any) -> bool:
-    """Return whether a change is waited for, of positions that a frozen sensor may show.
+def may_be_frozen(p: Any) -> bool:
+    """Return whether the sensor may be frozen: its positions are equal, but not many of them.
 
-    It is for so long that a guard stops a sensor with noise.
+    A guard stops a sensor with noise of an encoder step or more sooner.
     """
-    if p.equal >= _QUIET and p.noisy == 1:
-        p.noisy = -1
-    alike = p.noisy == 1 and p.equal >= _ALIKE
-    return p.equal < _QUIET and (alike or p.glitch == FROZEN)
+    unlikely = p.sensor_noise == 1 and p.equal >= _EQUAL_OF_NOISE
+    return p.equal < _MANY_EQUAL and (unlikely or p.glitch == FROZEN)
 
 
 @compiled()
@@ -109,12 +107,14 @@ def remember(p: Any, x: float) -> None:
     """
     step, before = x - p.past[0], p.past[0] - p.past[1]
     if p.past_count > 1 and step * before < 0.0 and abs(step - before) <= _VISIBLE * p.noise:
-        doubt_sensor(p)
+        expect_noise(p)
     if p.past_count == 0 or step != 0.0:
         p.equal = 0
         p.glitch = min(p.glitch, 1)
-    elif p.moving == 0 or p.equal < _ALIKE:  # many are counted from rest on
+    elif p.moving == 0 or p.equal < _EQUAL_OF_NOISE:  # more are counted from rest on
         p.equal += 1
+        if p.equal >= _MANY_EQUAL and p.sensor_noise == 1:
+            p.sensor_noise = -1
     for k in range(KEPT - 1, 0, -1):
         p.past[k] = p.past[k - 1]
     p.past[0] = x

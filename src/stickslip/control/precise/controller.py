@@ -17,13 +17,13 @@ from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
     PUSHES,
     RELEASES,
-    awaits_sensor,
     brake,
     coasts,
-    doubt_sensor,
+    expect_noise,
     hold,
     is_falling,
     letting_go,
+    may_be_frozen,
     pushed,
     remember,
     start_braking,
@@ -278,14 +278,17 @@ def _decide(p: Any, s: Any, own: Any, rested: bool) -> None:
     if rested:
         p.undecided = 1
         if s.fresh:
-            freed = own.moved_at.sum()
+            if not s.last.moved and exact_learning.freed_before(s, own):
+                expect_noise(p)
             exact_learning.learn(s, own)
-            if own.moved_at.sum() > freed:  # a weaker pulse has moved the axis
-                doubt_sensor(p)
             p.swing, p.by_pulse = p.swing + abs(s.last.achieved), 1
             if p.known:
                 _hasten(p, s, own)
-    if not p.undecided or awaits_sensor(p):
+    if not p.undecided or may_be_frozen(p):
+        return
+    if abs(s.position - s.rest) > s.least_motion + s.spread:  # it is elsewhere
+        p.undecided = p.by_pulse = p.waits = 0
+        wait_for_rest(s)
         return
     if s.outcome == MOVING and own.fruitless >= _FRUITLESS and p.swing > abs(s.error):
         p.waits = 1
@@ -306,8 +309,7 @@ def _rested(p: Any, s: Any, own: Any) -> None:
     p.holds = 0 if s.outcome == REACHED else p.holds
     if s.outcome != MOVING:
         return
-    unmoved = p.unseen == 1 and abs(s.rest - p.start) <= s.least_motion
-    unmoved = unmoved or p.glitch == FROZEN
+    unmoved = p.glitch == FROZEN or (p.unseen == 1 and abs(s.rest - p.start) <= s.least_motion)
     p.unseen = p.glitch = 0
     if unmoved:
         exact_choice.give_up(s, own, HELD_FAST)
@@ -546,7 +548,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         vector = np.concatenate([state[:SIZE], inner])
         p = own_fields(vector)
         p.moves, p.last_error, p.wild, p.pauses, p.holds = 0, inf, 0, 0, 0
-        p.leavings = p.unseen = p.undecided = p.by_pulse = p.waits = 0
+        p.leavings = p.unseen = p.undecided = p.by_pulse = p.waits = p.glitch = 0
         if p.loaded:  # let go, to see whether the load is still there
             p.loaded = p.held = p.brake_left = 0
         if p.moving == SERVO:

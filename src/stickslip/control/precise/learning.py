@@ -103,7 +103,7 @@ OWN_DTYPE = np.dtype(
         ("past", "f8", (KEPT,)),  # the last positions of all, as measured; the latest is the first
         ("past_count", "i8"),  # of them so far
         ("equal", "i8"),  # of them, in a row up to the latest, besides the first
-        ("noisy", "i8"),  # 1 once they should differ, as by noise; -1 once they need not
+        ("sensor_noise", "i8"),  # 1 if they should differ, -1 if they need not; 0 if that is open
         ("free_x", "f8"),  # position from which on no effort has acted and the axis has not turned
         ("free_v", "f8"),  # speed there
         ("farthest", "f8"),  # extreme position since the axis has last turned round

@@ -98,8 +98,8 @@ _STOPPING = 6  # samples: an axis that does not stop on the plan is stopped for 
 _NOT_SLOWER = 0.7  # of the step before: the last one of an axis that a load drives
 _REACTION = 3.0  # lags after which an axis moves that can
 _CERTAIN = 2.0  # standard deviations of friction
-_RUNS = 4.0  # standard deviations of a way: an axis that surely moves
 _GENTLY = 0.7  # of the speed is taken away in a sample then
+_SURELY = 4.0  # standard deviations of the way in a sample: an axis that surely moves
 
 
 @compiled()
@@ -224,8 +224,8 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     off, R = x - x_0, variance_of(p)
     if measured:
         most = 0.5 * STRONGEST_PUSH * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
-        runs = p.glitch == FROZEN or way > _RUNS * math.sqrt(p.p_xx + R) + p.bend
-        if p.equal > 0 and p.seen == 1 and runs:
+        moves = p.glitch == FROZEN or way > _SURELY * math.sqrt(p.p_xx + R) + p.bend
+        if p.equal > 0 and p.seen == 1 and moves:
             p.glitch = FROZEN
         else:
             p.glitch = 1 if p.glitch == p.wild == 0 and abs(off) > most else 0

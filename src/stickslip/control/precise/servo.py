@@ -104,7 +104,10 @@ def servo_effort(p: Any, x: float) -> float:
             s.coulomb[s.backward] *= _TOO_FAR
         profile.begin(s, x, 0.0)
         p.profiles += 1
+    retargeted = s.phase == profile.RETARGETED
     u = profile.next_effort(s, x, math.nan)
+    if retargeted:
+        p.patience = max(_LONGEST * profile.duration(s), _LEAST_TIME)
     p.unsettled = 0 if profile.rests_at_target(s) else p.unsettled + 1
     if abs(u) >= s.effort_limit:
         sign = 1 if u > 0.0 else -1

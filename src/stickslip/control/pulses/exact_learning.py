@@ -63,7 +63,7 @@ _ALONG_LAG = 0.02  # of the displacement: the pulse that stands for a lagging on
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
-_AGAIN = 1.05  # likewise on an axis that vibrates or that a move has taught: rather the same again
+_AGAIN = 1.05  # likewise on an axis that vibrates, or after a move has determined its friction
 _STRONG = 0.7  # of the effort limit: longer pulses follow, not stronger ones
 _PATIENT, _BOLDER = 4, 3.0  # as many may fail; then the first guess is wrong by more than that
 _CLEAR = 4.0  # standard deviations of a position
@@ -324,12 +324,19 @@ def _fit(s: Any, own: Any) -> None:
 
 @compiled()
 def forget_held(own: Any) -> None:
-    """Forget which efforts did not free the axis: what swung on it may have held it."""
+    """Discard the efforts that did not free the axis: a mass that swings on it may have held it."""
     for side in range(2):
         own.held[side] = 0.0
         most = HIGHEST * math.exp(own.values[COULOMB + side])
         own.breakaway[side] = min(own.breakaway[side], most)
         own.moved_at[side] = max(own.moved_at[side], own.breakaway[side])
+
+
+@compiled()
+def freed_before(s: Any, own: Any) -> bool:
+    """Return whether an effort no stronger than that of the last pulse has freed the mass."""
+    side, f, _ = last_pulse(s, own)
+    return own.moved_at[side] <= _GROWN * abs(f)
 
 
 @compiled()
@@ -346,7 +353,7 @@ def learn(s: Any, own: Any) -> None:
             if own.taught:
                 return
         own.held[side] = strength
-        if own.moved_at[side] <= _GROWN * strength:  # it has grown since
+        if freed_before(s, own):  # it has grown since
             own.moved_at[side] = own.limit
         growth = STRONGER if s.idle <= _PATIENT else _BOLDER
         if (own.vibrates or own.taught) and s.idle <= 2 * _PATIENT:
