@@ -167,6 +167,15 @@ def _parameters(function: ast.FunctionDef) -> int:
     return len(own) + sum(each is not None for each in (given.vararg, given.kwarg))
 
 
+def test_notices_begin_with_the_name_of_the_package() -> None:
+    """Without a handler of its own, a logger prints the message alone."""
+    calls = re.compile(r"_logger\.(?:warning|exception|error|info)\(\s*f?\"(.*)")
+    sources = (path.read_text("utf-8") for path in (ROOT / "src").rglob("*.py"))
+    notices = [notice for source in sources for notice in calls.findall(source)]
+    assert len(notices) > 3
+    assert all(notice.startswith("stickslip: ") for notice in notices), notices
+
+
 def test_no_test_of_the_package_imports_studies() -> None:
     """The import contract keeps the package itself free of them."""
     importing = [

@@ -162,9 +162,6 @@ class EventBudgetError(StickslipError, RuntimeError):
     """More sticks and slips inside one sample than the simulator's budget allows."""
 
 
-_REAL = "biuf"  # kinds of NumPy types
-
-
 def interruption_behind(error: BaseException | None) -> KeyboardInterrupt | None:
     """Return the interruption (Ctrl-C, or a request to terminate) that an error comes from, if any.
 
@@ -174,6 +171,9 @@ def interruption_behind(error: BaseException | None) -> KeyboardInterrupt | None
     while isinstance(error, SystemError):
         error = error.__cause__ or error.__context__
     return error if isinstance(error, KeyboardInterrupt) else None
+
+
+_REAL = "biuf"  # kinds of NumPy types
 
 
 def _is_either_unit(name: str, value: object) -> bool:

@@ -140,7 +140,7 @@ def test_bad_output_is_found_before_the_fit(
 
 
 @pytest.mark.parametrize("command", ["identify", "compare"])
-def test_report_that_is_named_as_no_page(command: str, run: Run, good_log: Path) -> None:
+def test_report_with_another_suffix_is_rejected(command: str, run: Run, good_log: Path) -> None:
     run(command, good_log, "--report", good_log.with_suffix(".pdf")).refused(
         "--report is an HTML page, and the name ends in .pdf", ".html or .htm"
     )

@@ -213,9 +213,10 @@ class _Terminal(io.StringIO):
 
 
 @pytest.mark.parametrize("seconds", [0.01, 60.0])
-def test_a_bar_is_drawn_before_the_first_step_ends(
+def test_a_bar_is_drawn_after_the_quiet_time(
     seconds: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr("sys.stderr", shown := _Terminal())
     end = time.monotonic() + 5.0 / (1.0 + seconds)
     with progress_bar("comparing", quiet_time=seconds):

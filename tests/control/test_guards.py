@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from faulty_runs import faulty_run
-from simple_controllers import Push, T, pid_controller
+from simple_controllers import Push, T, interrupted_kernel, pid_controller
 from small_scenarios import METHODS, Interpreted, scenario
 
 from stickslip.control import (
@@ -72,12 +72,16 @@ class Failing(Push):
         return super().step(state, sample)
 
 
+class Terminated(KeyboardInterrupt):
+    """A request to terminate, as the command line takes it."""
+
+
 class Interrupted(Push):
-    """One whose step fails as a compiled call does during which Ctrl-C arrives."""
+    """One that is interrupted in a compiled step."""
 
     def step(self, state: None, sample: SensorSample) -> tuple[None, float]:
-        del state, sample
-        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+        interrupted_kernel(Terminated)
+        return super().step(state, sample)
 
 
 def guarded(controller: Any, **limits: Any) -> GuardedController:
@@ -392,7 +396,7 @@ def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixtur
 
 def test_a_guard_lets_an_interruption_through() -> None:
     guard = guarded(Interrupted(1.0))
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(Terminated):
         guard.step(guard.init(), SensorSample(0.0, 0.0, 0.0, nan, nan))
 
 

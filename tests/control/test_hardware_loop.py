@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from refusals import refuses
+from simple_controllers import interrupted_kernel
 
 from stickslip import CoulombViscousFriction, SingleMass, simulate
 from stickslip.control import (
@@ -158,11 +159,6 @@ def raised(error: BaseException) -> Callable[[], Any]:
         raise error
 
     return action
-
-
-def interrupted_kernel() -> None:
-    """Fail as a compiled call does during which Ctrl-C arrives."""
-    raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
 
 def killed() -> None:

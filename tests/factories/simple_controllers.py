@@ -24,6 +24,11 @@ class Push(PositionController[None]):
         return state, self.effort
 
 
+def interrupted_kernel(interruption: type[KeyboardInterrupt] = KeyboardInterrupt) -> None:
+    """Fail as a compiled call does during which Ctrl-C arrives."""
+    raise SystemError("returned a result with an exception set") from interruption()
+
+
 def pid_controller(**settings: Any) -> PIDController:
     """Return a controller of a measured velocity."""
     return PIDController(**{"sampling_time": T, "velocity": "measured"} | settings)

@@ -81,13 +81,13 @@ def test_what_a_move_without_pulses_teaches_is_in_the_result(run: Run) -> None:
     assert each.estimates["viscous_friction_positive"][-1] == pytest.approx(700.0, rel=0.1)
 
 
-def test_friction_that_is_not_given_begins_by_a_rule(run: Run) -> None:
-    for guess, unknown in ((FULLER, False), ("mass = 150.0", True)):
-        result = run(guess=guess)
-        source = result.first_guess_sources["viscous_friction"]
-        assert source.startswith("a rule") is unknown
-        assert any("begins by a rule" in note for note in result.notes) is unknown
-        assert result.first_guess_sources["static_friction"].startswith("Coulomb friction")
+@pytest.mark.parametrize(("guess", "unknown"), [(FULLER, False), ("mass = 150.0", True)])
+def test_friction_that_is_not_given_begins_by_a_rule(guess: str, unknown: bool, run: Run) -> None:
+    result = run(guess=guess)
+    source = result.first_guess_sources["viscous_friction"]
+    assert source.startswith("a rule") is unknown
+    assert any("begins by a rule" in note for note in result.notes) is unknown
+    assert result.first_guess_sources["static_friction"].startswith("Coulomb friction")
 
 
 def test_efforts_of_the_pulses(run: Run) -> None:

@@ -110,8 +110,14 @@ class PreparedLog:
         """Whether the time stamps were uneven."""
         return self.log.timing_jitter >= SMALLEST_JITTER
 
-    def checked(self) -> "PreparedLog":
-        """Return the log; one without parts, which is too short, is an InputError."""
+    def with_parts(self) -> "PreparedLog":
+        """Return the log, which has one part or more.
+
+        Raises
+        ------
+        InputError
+            If no stretch without a gap is long enough.
+        """
         if not self.parts:
             raise InputError(
                 "no_stretch",

@@ -213,7 +213,7 @@ def validated(
     if isinstance(other, InputError):
         reason = other.below(name)
     elif other.kind != found.log.kind or other.effort_unit != found.log.effort_unit:
-        reason = str(InputError("validation_of_another_axis", where=name))
+        reason = str(InputError("validation_of_another_axis"))
     else:
         try:
             error = prediction_error(found.estimate, other, inertia=inertia)

@@ -66,7 +66,7 @@ def _holds(axis: str, joint: str) -> bool:
 
 def _motion_of(log: AxisLog) -> Float[np.ndarray, "4 n"]:
     """Return time, position, velocity and acceleration, each stretch between gaps by itself."""
-    prepared = prepare(log).checked()
+    prepared = prepare(log).with_parts()
     parts = [
         np.vstack([part.time, _smoothed(part.position, prepared.sampling_time)])
         for part in prepared.parts

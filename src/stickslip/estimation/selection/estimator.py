@@ -242,7 +242,7 @@ class SelectedModelEstimator:
             If the log has no motion or no effort, or it is too short for any window.
         """
         check_excited(log)
-        held = prepare(log, effort_kind=self.effort_kind or "held").checked()
+        held = prepare(log, effort_kind=self.effort_kind or "held").with_parts()
         if self.effort_kind is not None:
             return held
         if held.resampled:

@@ -122,7 +122,7 @@ class Precise(ExactPulses):
 
     def _completed(self, setup: Setup, first: FirstGuesses) -> FirstGuesses:
         """Return the first guesses with friction, which is learned in the first move."""
-        missing = _unknown(first)
+        missing = _missing_friction(first)
         if not missing:
             return first
         law = PreciseController.unknown_friction(
@@ -142,11 +142,13 @@ class Precise(ExactPulses):
 
     def sources(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
         rule = "a rule from mass, effort limit and travel, as none is given"
-        return super().sources(setup, first, controller) | dict.fromkeys(_unknown(first), rule)
+        sources = super().sources(setup, first, controller)
+        return sources | dict.fromkeys(_missing_friction(first), rule)
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
-        note = "Friction that [guess] does not state begins by a rule; the first move learns it."
-        return super().notes(setup, first, controller) + (note,) * bool(_unknown(first))
+        notes = super().notes(setup, first, controller)
+        note = "Friction that [guess] does not state begins by a rule; the first move estimates it."
+        return (*notes, note) if _missing_friction(first) else notes
 
 
 class _Adaptive(_Pulses):
@@ -300,10 +302,9 @@ class AxisLanding(GainsByRule):
         return notes
 
 
-def _unknown(first: FirstGuesses) -> list[str]:
-    """Return the friction without a first guess."""
-    known = _RUNNING if first.learned is not None else first.values
-    return [name for name in _RUNNING if name not in known]
+def _missing_friction(first: FirstGuesses) -> list[str]:
+    """Return the names of the friction without a first guess."""
+    return [] if first.learned is not None else [n for n in _RUNNING if n not in first.values]
 
 
 def _check_guess(table: Controller, first: FirstGuesses) -> None:

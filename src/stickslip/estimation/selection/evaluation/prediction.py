@@ -151,7 +151,7 @@ def _moving(log: AxisLog, effort_kind: EffortKind = "held") -> PreparedLog:
     """Return a log as prepared, if anything moves in it."""
     if np.ptp(log.measured_position) == 0:
         raise InputError("position_constant", where=log.name)
-    return prepare(log, effort_kind=effort_kind).checked()
+    return prepare(log, effort_kind=effort_kind).with_parts()
 
 
 def _windows(prepared: PreparedLog, window: float | None) -> tuple[SlipMotions, Weight]:
