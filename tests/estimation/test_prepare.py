@@ -57,9 +57,9 @@ def test_a_log_without_defects_keeps_its_samples(load: bool) -> None:
 @pytest.mark.parametrize("samples", [4, 19])
 def test_a_log_without_a_part_is_refused(samples: int) -> None:
     whole = log_of(TRUE)
-    assert prepare(whole.part(0, 20)).checked().parts
+    assert prepare(whole.part(0, 20)).with_parts().parts
     with refuses("no_stretch", samples=samples, least=20):
-        prepare(whole.part(0, samples)).checked()
+        prepare(whole.part(0, samples)).with_parts()
 
 
 @pytest.mark.parametrize("load", [False, True])
