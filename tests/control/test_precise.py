@@ -1,8 +1,7 @@
 """The controller of moves and pulses: what a move teaches, how long it takes, what it survives."""
 
-import math
 from dataclasses import replace
-from math import inf, isfinite, nan, sqrt
+from math import ceil, inf, isfinite, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -749,7 +748,7 @@ def test_a_servo_has_the_time_of_the_profile_to_each_target() -> None:
     servo_effort(p, 0.0095)
     retarget_servo(p, 0.5)
     servo_effort(p, 0.0095)
-    samples = math.ceil(profile_kernels.duration(p.servo) / 1e-3)
+    samples = ceil(profile_kernels.duration(p.servo) / 1e-3)
     assert samples * 1e-3 > 0.5  # longer than the time for the first target
     for _ in range(samples):
         x, _, _ = profile_kernels.reference(p.servo, p.servo.samples * 1e-3)

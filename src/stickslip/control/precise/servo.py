@@ -71,6 +71,12 @@ def servo_allowed(p: Any) -> bool:
 
 
 @compiled()
+def _patience(s: Any) -> float:
+    """Return the time in which the servo has to bring the axis to the target of its profile [s]."""
+    return max(_LONGEST * profile.duration(s), _LEAST_TIME)
+
+
+@compiled()
 def start_servo(p: Any, own: Any, target: float, x: float, v: float) -> None:
     """Start the servo at position x and velocity v, with the parameters learned so far."""
     s = p.servo
@@ -83,7 +89,7 @@ def start_servo(p: Any, own: Any, target: float, x: float, v: float) -> None:
     profile.begin(s, x, v)
     p.moving, p.unsettled, p.leavings = SERVO, 0, 0
     p.saturated = p.swings = p.profiles = 0
-    p.patience = max(_LONGEST * profile.duration(s), _LEAST_TIME)
+    p.patience = _patience(s)
 
 
 @compiled()
@@ -107,7 +113,7 @@ def servo_effort(p: Any, x: float) -> float:
     retargeted = s.phase == profile.RETARGETED
     u = profile.next_effort(s, x, math.nan)
     if retargeted:
-        p.patience = max(_LONGEST * profile.duration(s), _LEAST_TIME)
+        p.patience = _patience(s)
     p.unsettled = 0 if profile.rests_at_target(s) else p.unsettled + 1
     if abs(u) >= s.effort_limit:
         sign = 1 if u > 0.0 else -1
