@@ -311,6 +311,20 @@ def _stands(g: Any) -> bool:
     return g.alike[0] > 0 and abs(g.v) <= slow
 
 
+@compiled(inline=True)
+def _pushed_unseen(g: Any, u: float) -> float:
+    """Return the momentum after a sample under an effort, of an axis whose sensors show no motion.
+
+    Friction takes out what a lower effort along it does not keep up. Against the momentum, it is
+    not counted beside a strong effort: it may be little.
+    """
+    sign = np.copysign(1.0, u if g.momentum == 0.0 else g.momentum)
+    along = sign * u
+    friction = _HELD * g.effort_limit
+    change = min(along, max(along, 0.0) - friction) * g.period
+    return sign * max(abs(g.momentum) + change, 0.0)
+
+
 @compiled()
 def _reckon(g: Any, v: float, v2: float) -> None:
     """Take the momentum m v + m_2 v_2 from a sample that is new; watch an axis that stands still.
@@ -564,12 +578,7 @@ def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> fl
     g.effort = u
     g.impulse += u * g.period
     g.efforts_time += g.period
-    if g.fault == 0 and _stands(g):
-        excess = max(abs(u) - _HELD * g.effort_limit, 0.0)
-        # Friction takes out what a lower effort does not keep up
-        g.momentum = g.momentum + np.copysign(excess, u) * g.period if excess > 0.0 else 0.0
-    else:
-        g.momentum += u * g.period
+    g.momentum = _pushed_unseen(g, u) if g.fault == 0 and _stands(g) else g.momentum + u * g.period
     return u
 
 
