@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled import compiled
+from stickslip.control.equal_positions import MANY, VISIBLE, compare, may_be_frozen
 from stickslip.control.precise.learning import (
     BRAKING,
     FROZEN,
@@ -57,7 +58,6 @@ RELEASES = 2  # times an axis is let go until what moves it again is a load
 _SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
 _TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
-_VISIBLE = 10.0  # standard deviations of a position: a step that is no noise
 STRONGEST_PUSH = 1.2  # of the effort limit: a push
 _GAIN = 0.8  # of the speed is taken away in a sample of a push
 _NOISY = 0.2  # of the effort limit: that of an error of the speed; a larger one lowers the gain
@@ -77,26 +77,14 @@ _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
 _UNSURE = 3.0  # standard deviations of a speed
 _FARTHER = 3.0  # times that way: bristles spring back less far
-_EQUAL_OF_NOISE = 4  # positions in a row that are rarely equal where there is noise
-_MANY_EQUAL = 25  # likewise, those of a sensor without noise
 _EVEN = 0.7  # of the way of three samples is that of each at most; from rest it is 5/9
 
 
 @compiled()
-def expect_noise(p: Any) -> None:
-    """Take equal positions for those of a frozen sensor from here on, until many are seen."""
-    if p.sensor_noise == 0:
-        p.sensor_noise = 1
-
-
-@compiled()
-def may_be_frozen(p: Any) -> bool:
-    """Return whether the sensor may be frozen: its positions are equal, but not many of them.
-
-    A guard stops a sensor with noise of an encoder step or more sooner.
-    """
-    unlikely = p.sensor_noise == 1 and p.equal >= _EQUAL_OF_NOISE
-    return p.equal < _MANY_EQUAL and (unlikely or p.glitch == FROZEN)
+def may_be_elsewhere(p: Any) -> bool:
+    """Return whether the axis may be elsewhere than where a sensor shows it, again and again."""
+    frozen = p.glitch == FROZEN and p.positions.equal < MANY
+    return frozen or may_be_frozen(p.positions)
 
 
 @compiled()
@@ -105,16 +93,9 @@ def remember(p: Any, x: float) -> None:
 
     Counts equal positions, and the samples since it has turned round by a visible way, too.
     """
-    step, before = x - p.past[0], p.past[0] - p.past[1]
-    if p.past_count > 1 and step * before < 0.0 and abs(step - before) <= _VISIBLE * p.noise:
-        expect_noise(p)
-    if p.past_count == 0 or step != 0.0:
-        p.equal = 0
+    compare(p.positions, x, p.moving == 0, False)
+    if p.positions.equal == 0:
         p.glitch = min(p.glitch, 1)
-    elif p.moving == 0 or p.equal < _EQUAL_OF_NOISE:  # more are counted from rest on
-        p.equal += 1
-        if p.equal >= _MANY_EQUAL and p.sensor_noise == 1:
-            p.sensor_noise = -1
     for k in range(KEPT - 1, 0, -1):
         p.past[k] = p.past[k - 1]
     p.past[0] = x
@@ -122,7 +103,7 @@ def remember(p: Any, x: float) -> None:
     p.one_way += 1
     if p.past_count == 0 or forward * (x - p.farthest) > 0.0:
         p.farthest = x
-    elif forward * (x - p.farthest) < -_VISIBLE * p.noise:
+    elif forward * (x - p.farthest) < -VISIBLE * p.noise:
         p.farthest, p.ahead, p.one_way = x, 1 - p.ahead, 0
     p.past_count = min(p.past_count + 1, KEPT)
     acted = p.past_count < PAST
@@ -176,7 +157,7 @@ def _by_impulse(p: Any) -> tuple[float, float]:
 @compiled()
 def _stands(p: Any) -> bool:
     """Return whether an axis that is held shows no motion since it came to rest."""
-    seen = _VISIBLE * p.noise
+    seen = VISIBLE * p.noise
     still = abs(p.past[0] - p.past[PAST - 1]) <= seen
     still = still and (p.quiet == 0 or abs(p.past[0] - p.stood) <= seen)
     if p.quiet == 0:
@@ -243,7 +224,7 @@ def becomes_faster(p: Any) -> bool:
     """Return whether the last two steps are no noise, to one side, and the second no shorter."""
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = abs(new) >= abs(old) and old * new > _SURE * new * new
-    return faster and abs(new + old) > _VISIBLE * p.noise
+    return faster and abs(new + old) > VISIBLE * p.noise
 
 
 @compiled()
@@ -256,7 +237,7 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     """
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = becomes_faster(p)
-    jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > _VISIBLE * p.noise
+    jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= STRONGEST_PUSH * p.limit * p.period * p.period
     steady = p.shaken == 0 and p.swung == 0 and (p.fast == 0 or p.turns <= _TURNS)
     may = (p.held > 0 and p.swung == 0) or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
@@ -513,7 +494,7 @@ def _runs_along_brake(p: Any, m: float, F: float) -> bool:
     """Return whether an axis runs along the effort that should brake it, ever faster."""
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = p.brake * old > 0.0 and new * old >= old * old
-    return faster and abs(new + old) > _VISIBLE * p.noise and _runs(p, m, F, new / p.period)
+    return faster and abs(new + old) > VISIBLE * p.noise and _runs(p, m, F, new / p.period)
 
 
 @compiled()

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.control.base import LOADED, PositionController
 from stickslip.control.checks import check_fields
+from stickslip.control.equal_positions import expect_noise
 from stickslip.control.feedback import profile_kernels
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
@@ -19,11 +20,10 @@ from stickslip.control.precise.braking import (
     RELEASES,
     brake,
     coasts,
-    expect_noise,
     hold,
     is_falling,
     letting_go,
-    may_be_frozen,
+    may_be_elsewhere,
     pushed,
     remember,
     start_braking,
@@ -279,12 +279,12 @@ def _decide(p: Any, s: Any, own: Any, rested: bool) -> None:
         p.undecided = 1
         if s.fresh:
             if not s.last.moved and exact_learning.freed_before(s, own):
-                expect_noise(p)
+                expect_noise(p.positions)
             exact_learning.learn(s, own)
             p.swing, p.by_pulse = p.swing + abs(s.last.achieved), 1
             if p.known:
                 _hasten(p, s, own)
-    if not p.undecided or may_be_frozen(p):
+    if not p.undecided or may_be_elsewhere(p):
         return
     if abs(s.position - s.rest) > s.least_motion + s.spread:  # it is elsewhere
         p.undecided = p.by_pulse = p.waits = 0
@@ -532,7 +532,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         p.period, p.limit = self.sampling_time, self.pulses.effort_limit
         p.most = p.limit
         p.bend = 0.5 * self.pulses.tolerance
-        p.noise, p.most_moves, p.last_error = self.pulses.position_noise, _MOST_MOVES, inf
+        p.noise = p.positions.deviation = self.pulses.position_noise
+        p.most_moves, p.last_error = _MOST_MOVES, inf
         if self.delay is None:
             p.known, p.delay = int(s.delay > 0), s.delay
         else:

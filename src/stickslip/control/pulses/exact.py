@@ -10,11 +10,21 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.control.checks import check_fields
+from stickslip.control.equal_positions import compare
 from stickslip.control.pulses import exact_state as at
 from stickslip.control.pulses.controller import PulseController, longest_samples
 from stickslip.control.pulses.exact_choice import plan
 from stickslip.control.pulses.exact_learning import learn
-from stickslip.control.pulses.kernel import EXACT, MOVING, STOPPED, emit, head, readable, watch
+from stickslip.control.pulses.kernel import (
+    EXACT,
+    MOVING,
+    PULSING,
+    STOPPED,
+    emit,
+    head,
+    readable,
+    watch,
+)
 from stickslip.errors import check_class
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.named_fields import places
@@ -65,6 +75,7 @@ def _step(
     if not readable(vector, EXACT, sample):
         return vector, np.nan
     s, own = head(vector), at.own_fields(vector)
+    compare(s.seen, sample.measured_position, s.phase != PULSING, s.pulses == 0)
     if watch(vector, sample):
         if s.fresh:
             learn(s, own)
@@ -207,7 +218,7 @@ class ExactPulseController(PulseController):
         own = at.own_fields(state)
         own.period, own.limit = self.sampling_time, self.effort_limit
         own.longest = longest_samples(self.longest_width, self.sampling_time)
-        own.noise = self.position_noise
+        own.noise = head(state).seen.deviation = self.position_noise
         rest_noise = self.position_noise / sqrt(self.rest.samples)
         own.rest_noise = max(rest_noise, _FINEST_REST * self.tolerance)
         own.max_idle_pulses = self.max_idle_pulses

@@ -20,6 +20,7 @@ The breakaway is learned apart, as an interval for each direction: an effort tha
 at least as strong, one that did not is weaker. A mass that rests behind its start was not freed by
 the pulse: a load or bristles have moved it. As long as none has failed, the breakaway is taken
 to be at most twice the Coulomb friction: to try in vain costs a sample, never to try costs detours.
+It is taken to be less after each pulse that has freed the mass but not halved the error.
 """
 
 import math
@@ -62,6 +63,7 @@ _ROUGH = 0.05  # of displacement and friction, of an axis that does not follow t
 _ALONG_LAG = 0.02  # of the displacement: the pulse that stands for a lagging one, on the way
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
+_WEAKER = 0.7  # times that, after a pulse that has freed the mass but not halved the error
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
 _AGAIN = 1.05  # likewise on an axis that vibrates, or after a move has determined its friction
 _STRONG = 0.7  # of the effort limit: longer pulses follow, not stronger ones
@@ -372,4 +374,6 @@ def learn(s: Any, own: Any) -> None:
         own.held[side] = min(F, strength)
     if own.breakaway[side] > own.moved_at[side]:
         own.breakaway[side] = 0.5 * (own.held[side] + own.moved_at[side])
+    elif own.fruitless > 0 and own.held[side] <= F:  # none has failed: a weaker one may free it
+        own.breakaway[side] = max(F, _WEAKER * own.breakaway[side])
     own.breakaway[side] = max(own.breakaway[side], own.held[side])
