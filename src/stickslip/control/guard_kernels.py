@@ -193,8 +193,9 @@ def _turns_away(g: Any, x: float) -> bool:
 
     Two mean speeds are compared, over times so long that such an acceleration exceeds the likely
     error of a position, and after so many strong samples that the effort has acted all the time,
-    behind a delay as well. The first strong effort begins at rest, and needs none before. After two
-    weak efforts in a row they are counted anew: a load that a strong one has held may move it.
+    behind a delay as well. The first strong effort begins at rest, and needs none before. A load
+    that a strong effort has held may move the axis in a weak one: no motion is judged there, and
+    after two in a row they are counted anew.
     """
     strong = abs(g.effort) >= _DRIVES * g.effort_limit
     if g.follows == 1 or not (strong or g.driven_by != 0.0):
@@ -219,7 +220,7 @@ def _turns_away(g: Any, x: float) -> bool:
     known = g.mass[0] > 0.0
     gained = _REVERSED * abs(g.effort) * g.period * g.period * g.driven
     gained = gained / (g.mass[0] + g.mass[1]) if known else 0.0
-    if way >= -error or (strong and known and gained * g.driven < g.resolution):
+    if not strong or way >= -error or (known and gained * g.driven < g.resolution):
         return False
     pace, acted = way / g.driven, g.strong >= g.driven + _ALIKE
     gained += g.resolution / g.driven if known else 0.0
@@ -325,6 +326,12 @@ def _pushed_unseen(g: Any, u: float) -> float:
     return sign * max(abs(g.momentum) + change, 0.0)
 
 
+@compiled(inline=True)
+def _unsure(g: Any) -> float:
+    """Return the error of a momentum."""
+    return g.mass[0] * 2.0 * (g.velocity_resolution + g.resolution / g.period)
+
+
 @compiled()
 def _reckon(g: Any, v: float, v2: float) -> None:
     """Take the momentum m v + m_2 v_2 from a sample that is new; watch an axis that stands still.
@@ -336,6 +343,8 @@ def _reckon(g: Any, v: float, v2: float) -> None:
         g.momentum = g.mass[0] * v + g.mass[1] * (v2 if np.isfinite(v2) else v)
         g.missed = 0.0
     elif _stands(g) and whole > 0.0:
+        if g.alike[0] == 1:  # the speed before is that of two positions
+            g.momentum = np.copysign(max(abs(g.momentum) - _unsure(g), 0.0), g.momentum)
         g.missed += g.momentum / whole * g.period
         still = g.alike[0] >= _STANDS and abs(g.missed) > g.stall
         if still and g.fault == 0:
@@ -548,8 +557,7 @@ def _coast(g: Any) -> float:
     axis has swung before.
     """
     T = g.period
-    unsure = g.mass[0] * (2.0 * g.velocity_resolution + 2.0 * g.resolution / T)
-    if abs(g.momentum) <= unsure:
+    if abs(g.momentum) <= _unsure(g):
         return 0.0
     little = abs(g.momentum) <= _CLEARLY * g.effort_limit * T
     return -g.momentum / (T if little else TIME_CONSTANT * T * _slower(g))

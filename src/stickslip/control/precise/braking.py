@@ -28,6 +28,7 @@ from stickslip.control.precise.learning import (
     KEPT,
     PAST,
     ROWS,
+    SHAKES,
     TAUGHT,
     delay_of,
     direction,
@@ -494,17 +495,51 @@ def _runs_along_brake(p: Any, m: float, F: float) -> bool:
     """Return whether an axis runs along the effort that should brake it, ever faster."""
     new, old = p.past[0] - p.past[1], p.past[1] - p.past[2]
     faster = p.brake * old > 0.0 and new * old >= old * old
-    return faster and abs(new + old) > VISIBLE * p.noise and _runs(p, m, F, new / p.period)
+    faster = faster and abs(new + old) > VISIBLE * p.noise and _is_steady(p)
+    return faster and _runs(p, m, F, new / p.period)
+
+
+@compiled()
+def falls(p: Any) -> bool:
+    """Return whether an axis becomes ever faster against all efforts that act: a load moves it.
+
+    It is compared over three times, together as long as a swing.
+    """
+    q = min(max(math.ceil(_SWING / p.period), PAST - 1), KEPT - 1) // (PAST - 1)
+    if p.past_count <= (PAST - 1) * q or p.shaken or p.swung or p.shakes >= SHAKES:
+        return False
+    new, old = p.past[0] - p.past[q], p.past[q] - p.past[2 * q]
+    first = p.past[2 * q] - p.past[3 * q]
+    faster = abs(new) >= abs(old) >= abs(first) and new * old > 0.0 and old * first >= 0.0
+    for k in range(min(math.ceil(delay_of(p.best) + lag_of(p.best)) + (PAST - 1) * q, HISTORY)):
+        faster = faster and p.commands[k] * new <= 0.0
+    return faster and abs(new - old) > VISIBLE * p.noise
+
+
+@compiled()
+def _next_braking(p: Any, m: float, slowing: float, v: float) -> float:
+    """Return the effort of the next samples, by which an axis with the velocity v stops."""
+    p.braked_speed = abs(v)
+    n = max(math.ceil(m * abs(v) / (_SHARE * p.limit * p.period)), _SAMPLES)
+    u = max(m * abs(v) / (n * p.period) - slowing, 0.0)
+    p.brakings += 1
+    p.unslowed = 0
+    p.brake = math.copysign(min(u, p.limit), -v)
+    p.brake_left = n - 1
+    p.brake_wait = math.ceil(delay_of(p.best) + lag_of(p.best)) + _steps(p)
+    return p.brake
 
 
 @compiled()
 def brake(p: Any, m: float, F: float, measured: bool) -> float:
     """Return the effort until the next sample; the braking ends with `moving` 0."""
+    along = p.brake_left > 0 and _runs_along_brake(p, m, F)
+    if measured and (falls(p) or along):
+        start_holding_moving(p, m)
+        return hold(p, m, F, True)
     if p.brake_left > 0:
         p.brake_left -= 1
-        if measured and _is_steady(p) and _runs_along_brake(p, m, F):
-            start_holding_moving(p, m)
-        return p.brake if p.moving == BRAKING else hold(p, m, F, True)
+        return p.brake
     if not measured:
         p.waited += 1
         return 0.0
@@ -526,14 +561,4 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     elif steady and p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed:
         p.held = max(p.held, 1)
         start_holding_moving(p, m)
-    if p.moving == HOLDING:
-        return hold(p, m, F, True)
-    p.braked_speed = abs(v)
-    n = max(math.ceil(m * abs(v) / (_SHARE * p.limit * p.period)), _SAMPLES)
-    u = max(m * abs(v) / (n * p.period) - slowing, 0.0)
-    p.brakings += 1
-    p.unslowed = 0
-    p.brake = math.copysign(min(u, p.limit), -v)
-    p.brake_left = n - 1
-    p.brake_wait = math.ceil(delay_of(p.best) + lag_of(p.best)) + _steps(p)
-    return p.brake
+    return hold(p, m, F, True) if p.moving == HOLDING else _next_braking(p, m, slowing, v)

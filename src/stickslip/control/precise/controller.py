@@ -20,6 +20,7 @@ from stickslip.control.precise.braking import (
     RELEASES,
     brake,
     coasts,
+    falls,
     hold,
     is_falling,
     letting_go,
@@ -61,8 +62,6 @@ from stickslip.control.precise.servo import (
 )
 from stickslip.control.pulses import exact_choice, exact_learning, exact_state
 from stickslip.control.pulses.exact import ExactPulseController
-from stickslip.control.pulses.exact_choice import pulse_for
-from stickslip.control.pulses.exact_learning import HIGHEST
 from stickslip.control.pulses.exact_state import COULOMB, HELD_FAST, law_of
 from stickslip.control.pulses.kernel import (
     EXACT,
@@ -99,8 +98,8 @@ _EXTRA = 1.0  # samples that a move takes beyond the shortest time
 _STRONG = 0.9  # of the effort limit: friction up to which a move is begun
 _CERTAIN = 2.0  # standard deviations of friction: an effort that frees the axis
 _UNKNOWN = 0.9  # standard deviation of the logarithm of unknown friction: a factor 6 is two of them
-_UNKNOWN_SHARE = 0.12  # of the effort limit: between a third and a thirtieth, as usual of drives
-_UNKNOWN_VISCOUS = 0.3  # of that friction at the largest speed
+# Of the effort limit, between a third and a thirtieth as usual of drives; of that at top speed
+_UNKNOWN_SHARE, _UNKNOWN_VISCOUS = 0.12, 0.3
 _PAUSE, _PAUSES = 0.3, 2  # duration [s] and number of waits for what still swings on the axis
 _FEWEST = 2  # samples of a rest, where the delay is known
 _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
@@ -122,7 +121,7 @@ def _moves(p: Any, s: Any, own: Any, error: float) -> bool:
     m, F, c = law_of(own, side)
     if _STRONG * p.most < F:
         return False
-    f, n = pulse_for(own, side, error)
+    f, n = exact_choice.pulse_for(own, side, error)
     fast = shortest(m, F, p.most, error) + _EXTRA * p.period
     return f <= F or fast < _SOONER * pulse_duration(m, F, c, f, n * p.period)
 
@@ -183,9 +182,9 @@ def _ended(p: Any, s: Any, own: Any) -> None:
             F = law_of(own, each)[1]
             if own.held[each] == 0.0:
                 own.breakaway[each] = max(own.breakaway[each] * ratio, F)
-            own.breakaway[each] = min(max(own.breakaway[each], F), HIGHEST * F)
+            own.breakaway[each] = min(max(own.breakaway[each], F), exact_learning.HIGHEST * F)
             i = COULOMB + each
-            sure = HIGHEST * F * math.exp(_CERTAIN * math.sqrt(own.covariance[i, i]))
+            sure = exact_learning.HIGHEST * F * math.exp(_CERTAIN * math.sqrt(own.covariance[i, i]))
             own.moved_at[each] = min(own.moved_at[each], sure)
     if p.seen and p.rows >= _LEARNED and (explained or (p.known == 0 and at.certain(p))):
         p.known = 1 if p.known or at.certain(p) else 0
@@ -238,7 +237,7 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
     runs = (s.pending == 0 and pushed(p, m, F, s.phase == RESTING)) or coasts(p, s.target)
     if not (runs or leaves):
         return
-    p.undecided = p.by_pulse = p.waits = 0  # it rests no longer
+    p.undecided = p.by_pulse = p.waits = 0
     if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p) and not falling:
         _calm(p, own)
         start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
@@ -251,7 +250,7 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
         start_holding_falling(p, m)
     elif runs and s.phase == RESTING and p.held == 0 and p.shaken == 0:
         start_holding(p, m, _mean_friction(own))
-    elif (p.held or p.brakings >= PUSHES) and p.swung == 0:
+    elif ((p.held or p.brakings >= PUSHES) and p.swung == 0) or falls(p):
         start_holding_moving(p, m)
     else:
         start_braking(p)
@@ -338,9 +337,9 @@ def _effort(p: Any, s: Any, own: Any, x: float, measured: bool) -> float:
             _calm(p, own)
             start_servo(p, own, s.target, x, at.direction(p) * p.v)
             return servo_effort(p, x)
-    m, F, moving = math.exp(own.values[0]), _sure_friction(own), p.moving
+    m, moving = math.exp(own.values[0]), p.moving
     if moving == BRAKING:
-        u = brake(p, m, F, measured)
+        u = brake(p, m, _sure_friction(own), measured)
     elif moving == HOLDING:
         u = hold(p, m, _mean_friction(own), measured)
     if p.moving == 0:
@@ -367,8 +366,8 @@ def _next(vector: Float[np.ndarray, " s"], sample: SensorSample) -> float:
     remember(p, x)
     if p.moving == 0:
         _react(p, s, own, x)
-    if p.moving == 0:
-        _decide(p, s, own, watch(inner, sample))
+        if p.moving == 0:
+            _decide(p, s, own, watch(inner, sample))
     return emit(s) if p.moving == 0 else _effort(p, s, own, x, True)
 
 
