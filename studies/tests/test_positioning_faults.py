@@ -199,6 +199,15 @@ def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: 
         assert any(word in outcome.why[0] for word in reason.split("|"))
 
 
+@pytest.mark.parametrize("name", ["frozen sensors", "sensors that freeze in the move"])
+def test_pulses_wait_while_their_sensor_may_be_frozen(name: str) -> None:
+    """They leave the travel on 3 to 8 of 10 axes where they go on."""
+    for axis in axes(10, 1, method="exact", sampling_time=0.01, ratio=30.0):
+        outcome = move_axis(axis, CASES[name])
+        assert not outcome.left
+        assert "frozen" in outcome.why[0]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["tracked", "landing"])
 @pytest.mark.parametrize(

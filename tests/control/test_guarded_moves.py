@@ -219,6 +219,25 @@ def test_a_load_that_moves_the_axis_before_a_late_effort_is_no_wrong_sign(limit:
             x, v = advanced(x, v, efforts[-1 - delay] + load)
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("weak", [0.0, 0.2])
+def test_a_load_that_falls_in_single_weak_efforts_is_no_wrong_sign(
+    weak: float, side: float
+) -> None:
+    """Strong efforts hold it, and a pause of a sample lets it fall farther than the one before."""
+    vector, T = guarded(3.0, period=1e-2).init().guard, 1e-2
+    x, seen = 0.0, [0.0]
+    for k in range(40):
+        guard_kernels.admit(vector, k * T, STEP * round(x / STEP), nan, nan, nan)
+        pauses = k % 4 == 3
+        effort = -side * (weak if pauses else 0.95) * 3.0 * FRICTION
+        guard_kernels.release(vector, True, effort)
+        x += side * k * 1e-5 if pauses else 0.0
+        seen.append(x)
+    assert abs(seen[-1]) > WAY / 5.0
+    assert guard_kernels.fields(vector).fault != guard_kernels.SIGN
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("load", [2.2, 2.8, -2.8])
 @pytest.mark.parametrize("noise", [1e-6, 2e-6, 4e-6])
@@ -371,6 +390,19 @@ def test_an_axis_with_a_frozen_sensor_stays_within_its_travel(
         )
         assert run.farthest < WAY
         assert run.outcome is REACHED or "frozen" in run.why
+
+
+@pytest.mark.parametrize("limit", [10.0, 20.0])
+@pytest.mark.parametrize("after", [0.02, 0.025, 0.03, 0.035])
+def test_an_axis_that_freezes_in_a_fast_move_stops_within_its_travel(
+    after: float, limit: float
+) -> None:
+    """The guard notices it 20 samples later, and takes out the momentum that is left."""
+    for seed in range(3):
+        guard = guarded(limit, noise=STEP, period=1e-3)
+        run = moved(guard, noise=STEP, sensor=freezing(after), samples=1000, seed=seed)
+        assert run.farthest < 0.5 * WAY
+        assert run.speed == 0.0
 
 
 @pytest.mark.parametrize("limit", [10.0, 30.0])

@@ -102,3 +102,42 @@ def test_an_effort_at_rest_falls_with_ten_milliseconds_or_three_samples(
     for _ in range(round(samples)):
         effort = braking.lowered(p, effort)
     assert effort == pytest.approx(LIMIT * (samples / (samples + 1.0)) ** samples)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize(
+    ("ways", "effort", "holds"),
+    [
+        ((2.0, 4.0, 6.0), 0.0, True),
+        ((2.0, 4.0, 6.0), -0.1, True),  # a weak braking
+        ((2.0, 4.0, 6.0), 0.1, False),  # the effort itself may have moved it
+        ((2.0, 6.0, 4.0), 0.0, False),  # it slows
+        ((-2.0, 4.0, 6.0), 0.0, False),  # it has turned round since, as on a spring
+        ((0.01, 0.02, 0.03), 0.0, False),  # noise
+    ],
+)
+@pytest.mark.parametrize("period", [1e-3, 1e-2])
+def test_an_axis_that_falls_against_its_braking_is_held(
+    period: float, ways: tuple[float, ...], effort: float, holds: bool, side: float
+) -> None:
+    """The ways of 10 ms, or of 5 samples of 1 ms, in hundredths of a millimetre."""
+    p, x, each = state_of(period), 0.0, 1 if period > 5e-3 else 5
+    for _ in range(2):
+        braking.remember(p, x)
+    for way in ways:
+        for _ in range(each):
+            x += side * 1e-5 * way / each
+            braking.remember(p, x)
+            at.sent(p, side * effort * LIMIT)
+    braking.start_braking(p)
+    braking.brake(p, MASS, FRICTION, True)
+    assert (p.moving == at.HOLDING) == holds
+
+
+def test_a_vibration_is_no_fall() -> None:
+    p = state_of(1e-2)
+    for x in (0.0, 0.0, -2e-5, -6e-5, -12e-5):
+        braking.remember(p, x)
+    assert braking.falls(p)
+    p.shakes = at.SHAKES
+    assert not braking.falls(p)

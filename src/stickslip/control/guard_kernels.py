@@ -55,6 +55,7 @@ STATE = np.dtype(
         ("seen", "f8", (2, 2)),  # last position and velocity of each mass
         ("alike", "i8", (2,)),  # samples in a row in which both have not changed in the last bit
         ("momentum", "f8"),  # of both masses, reckoned from the last sample that was new
+        ("runs", "i8"),  # 1 while it is that of an axis that was seen to move
         ("missed", "f8"),  # distance that an axis with it would have moved since
         ("fast", "i8"),  # samples in a row above the speed limit
         ("sure_speed", "f8"),  # speed at the last sample, less its error, at least 0
@@ -136,7 +137,7 @@ _SLOWS = 0.9  # of the mean speed of a time: a lower one at its end shows no loa
 _CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
 _STANDS = 20  # samples without motion under an effort
 _STILL_SHARE = 0.25  # of what an effort adds to the speed in a sample: it moves what stands less
-_HELD = 0.75  # of the effort limit: friction certainly holds no more
+_HELD, _SLIPS = 0.75, 0.1  # of the effort limit: friction holds no more; it slows a moving axis
 
 
 @compiled()
@@ -308,22 +309,23 @@ def _repeats(g: Any, k: int, x: float, v: float) -> bool:
 @compiled(inline=True)
 def _stands(g: Any) -> bool:
     """Return whether the sensors of the driven mass show no motion, in the last bit."""
-    slow = _CREEPS * g.speed + g.velocity_resolution
-    return g.alike[0] > 0 and abs(g.v) <= slow
+    return g.alike[0] > 0 and abs(g.v) <= _CREEPS * g.speed + g.velocity_resolution
 
 
-@compiled(inline=True)
-def _pushed_unseen(g: Any, u: float) -> float:
+@compiled()
+def _unseen_momentum(g: Any, u: float) -> float:
     """Return the momentum after a sample under an effort, of an axis whose sensors show no motion.
 
-    Friction takes out what a lower effort along it does not keep up. Against the momentum, it is
-    not counted beside a strong effort: it may be little.
+    One that was seen to move goes on, slowed by little friction, until it has stopped. What stands
+    is moved by what exceeds any friction.
     """
-    sign = np.copysign(1.0, u if g.momentum == 0.0 else g.momentum)
-    along = sign * u
-    friction = _HELD * g.effort_limit
-    change = min(along, max(along, 0.0) - friction) * g.period
-    return sign * max(abs(g.momentum) + change, 0.0)
+    if g.runs == 1 and g.momentum != 0.0:
+        along = np.copysign(u, u * g.momentum)
+        left = abs(g.momentum) + (along - _SLIPS * g.effort_limit) * g.period
+        g.runs = 1 if left > 0.0 else 0
+        return np.copysign(max(left, 0.0), g.momentum)
+    excess = max(abs(u) - _HELD * g.effort_limit, 0.0)
+    return g.momentum + np.copysign(excess, u) * g.period if excess > 0.0 else 0.0
 
 
 @compiled(inline=True)
@@ -341,9 +343,9 @@ def _reckon(g: Any, v: float, v2: float) -> None:
     whole = g.mass[0] + g.mass[1]
     if g.alike[0] == 0:
         g.momentum = g.mass[0] * v + g.mass[1] * (v2 if np.isfinite(v2) else v)
-        g.missed = 0.0
+        g.missed, g.runs = 0.0, 1 if abs(g.momentum) > _unsure(g) else 0
     elif _stands(g) and whole > 0.0:
-        if g.alike[0] == 1:  # the speed before is that of two positions
+        if g.alike[0] == 1 and g.runs == 1:
             g.momentum = np.copysign(max(abs(g.momentum) - _unsure(g), 0.0), g.momentum)
         g.missed += g.momentum / whole * g.period
         still = g.alike[0] >= _STANDS and abs(g.missed) > g.stall
@@ -577,16 +579,14 @@ def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> fl
         g.unanswered += 1 if readable else 0
         if g.unanswered > g.max_lost:
             g.fault = FAILED
-        u = 0.0
-        if g.reaction == HOLD:
-            u = g.effort
-        elif g.reaction == BRAKE and g.samples > 0:
-            u = -g.gain * g.v
+        brakes = g.reaction == BRAKE and g.samples > 0
+        u = g.effort if g.reaction == HOLD else -g.gain * g.v if brakes else 0.0
     u = min(max(u, -g.effort_limit), g.effort_limit) if np.isfinite(u) else 0.0
     g.effort = u
     g.impulse += u * g.period
     g.efforts_time += g.period
-    g.momentum = _pushed_unseen(g, u) if g.fault == 0 and _stands(g) else g.momentum + u * g.period
+    unseen = g.fault == 0 and _stands(g)
+    g.momentum = _unseen_momentum(g, u) if unseen else g.momentum + u * g.period
     return u
 
 
