@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from simple_controllers import Push, T, pid_controller
 
-from stickslip.control import GuardedController, Limits, SensorErrors
+from stickslip.control import GuardedController, Limits, SensorErrors, guard_kernels
 from stickslip.records import SensorSample
 
 MASS, LIMIT, FRICTION = 2.0, 10.0, 1.0
@@ -110,6 +110,48 @@ def test_an_axis_that_friction_holds_is_not_stopped() -> None:
         for k in range(5000):
             state, _ = guard.step(state, held._replace(time=k * T))
         assert ("blocked" in str(guard.why(state))) is blocked
+
+
+@pytest.mark.parametrize("period", [1e-3, 1e-2])
+@pytest.mark.parametrize(("gain", "friction"), [(40.0, 0.4), (20.0, 0.4), (10.0, 0.3)])
+def test_an_axis_that_stops_short_under_an_effort_is_not_blocked(
+    period: float, gain: float, friction: float
+) -> None:
+    """Friction, a share of the effort limit, stops a PD controller that has no integral."""
+    control = pid_controller(
+        sampling_time=period, velocity="differentiated", target=1.0, position_gain=gain, integral_gain=0.0,
+        velocity_gain=0.5 * gain, filter_time=5.0 * period, effort_limit=LIMIT,
+    )  # fmt: skip
+    places = {"mass": MASS, "effort_limit": LIMIT, "sampling_time": period, "places": (0.0, 1.0)}
+    guard = GuardedController(controller=control, limits=Limits.for_task(**places))
+    state, x, v, path = guard.init(), 0.0, 0.0, []
+    for k in range(round(5.0 / period)):
+        state, effort = guard.step(state, SensorSample(k * period, x, nan, nan, nan))
+        for _ in range(20):
+            if v == 0.0 and abs(effort) <= friction * LIMIT:
+                break
+            opposes = friction * LIMIT * (1.0 if (v or effort) > 0.0 else -1.0)
+            new = v + period / 20.0 * (effort - opposes) / MASS
+            v = 0.0 if new * v < 0.0 else new
+            x += period / 20.0 * v
+        path.append(x)
+    assert guard.why(state) is None
+    assert path[-1] == path[-100] != 1.0
+
+
+def test_the_momentum_of_a_move_ends_with_another_target() -> None:
+    """A strong effort on the axis that stands, and a weaker one for long, are no motion."""
+    vector = GuardedController(controller=Push(0.0), limits=LIMITS).init().guard
+    g = guard_kernels.fields(vector)
+    for k, x in enumerate((0.0, 0.01, 0.02, 0.03, 0.03)):
+        guard_kernels.admit(vector, k * T, x, nan, nan, nan)
+        guard_kernels.release(vector, True, 0.0)
+    assert g.momentum > 0.0
+    guard_kernels.renew(vector)
+    for k in range(5, 100):
+        guard_kernels.admit(vector, k * T, 0.03, nan, nan, nan)
+        guard_kernels.release(vector, True, (0.8 if k == 6 else 0.7) * LIMIT)
+    assert g.fault == 0
 
 
 def test_the_load_of_an_arm_that_repeats_its_samples_is_noticed() -> None:

@@ -762,5 +762,5 @@ def test_an_axis_that_surely_moved_is_not_where_its_sensor_shows_it(
     equal: int, expected: bool
 ) -> None:
     p = at.own_fields(PRECISE.init())
-    p.glitch, p.positions.equal = at.FROZEN, equal
+    p.glitch, p.sensor.equal = at.FROZEN, equal
     assert braking.may_be_elsewhere(p) is expected

@@ -106,7 +106,7 @@ def test_an_effort_at_rest_falls_with_ten_milliseconds_or_three_samples(
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize(
-    ("ways", "effort", "holds"),
+    ("travels", "effort", "holds"),
     [
         ((2.0, 4.0, 6.0), 0.0, True),
         ((2.0, 4.0, 6.0), -0.1, True),  # a weak braking
@@ -118,15 +118,15 @@ def test_an_effort_at_rest_falls_with_ten_milliseconds_or_three_samples(
 )
 @pytest.mark.parametrize("period", [1e-3, 1e-2])
 def test_an_axis_that_falls_against_its_braking_is_held(
-    period: float, ways: tuple[float, ...], effort: float, holds: bool, side: float
+    period: float, travels: tuple[float, ...], effort: float, holds: bool, side: float
 ) -> None:
-    """The ways of 10 ms, or of 5 samples of 1 ms, in hundredths of a millimetre."""
+    """The travels of 10 ms, or of 5 samples of 1 ms, in hundredths of a millimetre."""
     p, x, each = state_of(period), 0.0, 1 if period > 5e-3 else 5
     for _ in range(2):
         braking.remember(p, x)
-    for way in ways:
+    for travel in travels:
         for _ in range(each):
-            x += side * 1e-5 * way / each
+            x += side * 1e-5 * travel / each
             braking.remember(p, x)
             at.sent(p, side * effort * LIMIT)
     braking.start_braking(p)
@@ -138,6 +138,6 @@ def test_a_vibration_is_no_fall() -> None:
     p = state_of(1e-2)
     for x in (0.0, 0.0, -2e-5, -6e-5, -12e-5):
         braking.remember(p, x)
-    assert braking.falls(p)
+    assert braking.accelerates_against_effort(p)
     p.shakes = at.SHAKES
-    assert not braking.falls(p)
+    assert not braking.accelerates_against_effort(p)

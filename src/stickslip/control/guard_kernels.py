@@ -9,6 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.control.guard_momentum import (
+    CREEPS,
+    HELD,
+    momentum_after,
+    momentum_error,
+    stands_too_long,
+)
 from stickslip.numerics.named_fields import fields_at, places
 
 # Faults; 0 is none
@@ -134,10 +141,7 @@ _AS_FAR = 0.25  # of its distance from a rest: positions so close together are t
 _OFF = 4  # lost samples in a row, from which on it is taken for the position
 _ALIKE = 8  # samples: a slow sensor may repeat some
 _SLOWS = 0.9  # of the mean speed of a time: a lower one at its end shows no load
-_CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
-_STANDS = 20  # samples without motion under an effort
 _STILL_SHARE = 0.25  # of what an effort adds to the speed in a sample: it moves what stands less
-_HELD, _SLIPS = 0.75, 0.1  # of the effort limit: friction holds no more; it slows a moving axis
 
 
 @compiled()
@@ -155,7 +159,7 @@ def _halt(g: Any) -> bool:
     g.halted = 1
     _lose(g, BLOCKED)
     if g.fault == BLOCKED:  # begin anew, to brake
-        g.samples, g.momentum = 0, 0.0
+        g.samples, g.runs, g.momentum = 0, 0, 0.0
     return False
 
 
@@ -303,54 +307,7 @@ def _repeats(g: Any, k: int, x: float, v: float) -> bool:
     g.seen[k, 0], g.seen[k, 1] = x, v
     moves = abs(v) - g.velocity_resolution
     far = moves * T * g.alike[k]
-    return moves > _CREEPS * g.speed and g.alike[k] >= _ALIKE and far > _WIDE * g.resolution
-
-
-@compiled(inline=True)
-def _stands(g: Any) -> bool:
-    """Return whether the sensors of the driven mass show no motion, in the last bit."""
-    return g.alike[0] > 0 and abs(g.v) <= _CREEPS * g.speed + g.velocity_resolution
-
-
-@compiled()
-def _unseen_momentum(g: Any, u: float) -> float:
-    """Return the momentum after a sample under an effort, of an axis whose sensors show no motion.
-
-    One that was seen to move goes on, slowed by little friction, until it has stopped. What stands
-    is moved by what exceeds any friction.
-    """
-    if g.runs == 1 and g.momentum != 0.0:
-        along = np.copysign(u, u * g.momentum)
-        left = abs(g.momentum) + (along - _SLIPS * g.effort_limit) * g.period
-        g.runs = 1 if left > 0.0 else 0
-        return np.copysign(max(left, 0.0), g.momentum)
-    excess = max(abs(u) - _HELD * g.effort_limit, 0.0)
-    return g.momentum + np.copysign(excess, u) * g.period if excess > 0.0 else 0.0
-
-
-@compiled(inline=True)
-def _unsure(g: Any) -> float:
-    """Return the error of a momentum."""
-    return g.mass[0] * 2.0 * (g.velocity_resolution + g.resolution / g.period)
-
-
-@compiled()
-def _reckon(g: Any, v: float, v2: float) -> None:
-    """Take the momentum m v + m_2 v_2 from a sample that is new; watch an axis that stands still.
-
-    The effort above what friction holds would have moved it by the integral of momentum over mass.
-    """
-    whole = g.mass[0] + g.mass[1]
-    if g.alike[0] == 0:
-        g.momentum = g.mass[0] * v + g.mass[1] * (v2 if np.isfinite(v2) else v)
-        g.missed, g.runs = 0.0, 1 if abs(g.momentum) > _unsure(g) else 0
-    elif _stands(g) and whole > 0.0:
-        if g.alike[0] == 1 and g.runs == 1:
-            g.momentum = np.copysign(max(abs(g.momentum) - _unsure(g), 0.0), g.momentum)
-        g.missed += g.momentum / whole * g.period
-        still = g.alike[0] >= _STANDS and abs(g.missed) > g.stall
-        if still and g.fault == 0:
-            g.fault = BLOCKED
+    return moves > CREEPS * g.speed and g.alike[k] >= _ALIKE and far > _WIDE * g.resolution
 
 
 @compiled()
@@ -419,7 +376,8 @@ def admit(
     g.samples += 1
     g.lost = g.halted = g.stuck = 0
     g.rejected = np.nan
-    _reckon(g, speed, v2)
+    if stands_too_long(g, speed, v2) and g.fault == 0:
+        g.fault = BLOCKED
     if g.started == 0:
         g.started, g.begun = 1, time
     _watch(g, x, speed, v2)
@@ -476,7 +434,7 @@ def _plan(g: Any, slower: float) -> None:
     most = g.effort_limit
     if g.quiet > 0 and _is_outside(g):
         g.hold += np.copysign(_GROWS * most, g.low - x)
-        most = max(_HELD * most, abs(g.hold) - _GROWS * most)
+        most = max(HELD * most, abs(g.hold) - _GROWS * most)
     g.hold = min(max(g.hold, -most), most)
     sign, left = np.copysign(1.0, g.pace), max(abs(g.pace) - g.slowing * T, 0.0)
     g.anchor += 0.5 * sign * (abs(g.pace) + left) * T
@@ -527,7 +485,7 @@ def _brake(g: Any) -> float:
         g.quiet_x = x
     elif g.quiet >= _RESTED and g.turns > _TURNS and g.low <= x <= g.high:
         g.turns, g.anchor = _TURNS, x  # it does not swing any more
-    returns = _is_outside(g) and abs(g.hold) < _HELD * g.effort_limit
+    returns = _is_outside(g) and abs(g.hold) < HELD * g.effort_limit
     if g.quiet >= _QUIET and g.kept == 0 and not returns:
         g.released, g.anchor = 1, x
         return 0.0
@@ -559,7 +517,7 @@ def _coast(g: Any) -> float:
     axis has swung before.
     """
     T = g.period
-    if abs(g.momentum) <= _unsure(g):
+    if abs(g.momentum) <= momentum_error(g):
         return 0.0
     little = abs(g.momentum) <= _CLEARLY * g.effort_limit * T
     return -g.momentum / (T if little else TIME_CONSTANT * T * _slower(g))
@@ -579,14 +537,16 @@ def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> fl
         g.unanswered += 1 if readable else 0
         if g.unanswered > g.max_lost:
             g.fault = FAILED
-        brakes = g.reaction == BRAKE and g.samples > 0
-        u = g.effort if g.reaction == HOLD else -g.gain * g.v if brakes else 0.0
+        u = 0.0
+        if g.reaction == HOLD:
+            u = g.effort
+        elif g.reaction == BRAKE and g.samples > 0:
+            u = -g.gain * g.v
     u = min(max(u, -g.effort_limit), g.effort_limit) if np.isfinite(u) else 0.0
     g.effort = u
     g.impulse += u * g.period
     g.efforts_time += g.period
-    unseen = g.fault == 0 and _stands(g)
-    g.momentum = _unseen_momentum(g, u) if unseen else g.momentum + u * g.period
+    g.momentum = momentum_after(g, u)
     return u
 
 
@@ -597,4 +557,4 @@ def renew(guard: Float[np.ndarray, " g"]) -> None:
     g.fault, g.started, g.lost, g.fast, g.pushing, g.free = 0, 0, 0, 0, 0, 0
     g.anchored, g.quiet, g.released, g.kept, g.above, g.below = 0, 0, 0, 0, 0, 0
     g.same, g.mismatch, g.unanswered, g.turns, g.against, g.weak = 0, 0.0, 0, 0, 0, 0
-    g.momentum, g.missed, g.hold, g.alike[:] = 0.0, 0.0, 0.0, 0
+    g.momentum, g.missed, g.runs, g.hold, g.alike[:] = 0.0, 0.0, 0, 0.0, 0

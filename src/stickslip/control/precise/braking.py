@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled import compiled
-from stickslip.control.equal_positions import MANY, VISIBLE, compare, may_be_frozen
+from stickslip.control.equal_positions import MOST_EQUAL, VISIBLE, compare, may_be_frozen
 from stickslip.control.precise.learning import (
     BRAKING,
     FROZEN,
@@ -83,9 +83,9 @@ _EVEN = 0.7  # of the way of three samples is that of each at most; from rest it
 
 @compiled()
 def may_be_elsewhere(p: Any) -> bool:
-    """Return whether the axis may be elsewhere than where a sensor shows it, again and again."""
-    frozen = p.glitch == FROZEN and p.positions.equal < MANY
-    return frozen or may_be_frozen(p.positions)
+    """Return whether the axis may be elsewhere than the sensor shows it."""
+    frozen = p.glitch == FROZEN and p.sensor.equal < MOST_EQUAL
+    return frozen or may_be_frozen(p.sensor)
 
 
 @compiled()
@@ -94,8 +94,8 @@ def remember(p: Any, x: float) -> None:
 
     Counts equal positions, and the samples since it has turned round by a visible way, too.
     """
-    compare(p.positions, x, p.moving == 0, False)
-    if p.positions.equal == 0:
+    compare(p.sensor, x, p.noise, p.moving == 0, False)
+    if p.sensor.equal == 0:
         p.glitch = min(p.glitch, 1)
     for k in range(KEPT - 1, 0, -1):
         p.past[k] = p.past[k - 1]
@@ -500,10 +500,10 @@ def _runs_along_brake(p: Any, m: float, F: float) -> bool:
 
 
 @compiled()
-def falls(p: Any) -> bool:
+def accelerates_against_effort(p: Any) -> bool:
     """Return whether an axis becomes ever faster against all efforts that act: a load moves it.
 
-    It is compared over three times, together as long as a swing.
+    It is compared over three times, together 30 ms, or 15 samples if these are shorter.
     """
     q = min(max(math.ceil(_SWING / p.period), PAST - 1), KEPT - 1) // (PAST - 1)
     if p.past_count <= (PAST - 1) * q or p.shaken or p.swung or p.shakes >= SHAKES:
@@ -511,7 +511,7 @@ def falls(p: Any) -> bool:
     new, old = p.past[0] - p.past[q], p.past[q] - p.past[2 * q]
     first = p.past[2 * q] - p.past[3 * q]
     faster = abs(new) >= abs(old) >= abs(first) and new * old > 0.0 and old * first >= 0.0
-    for k in range(min(math.ceil(delay_of(p.best) + lag_of(p.best)) + (PAST - 1) * q, HISTORY)):
+    for k in range(min(math.ceil(_delay(p)) + (PAST - 1) * q, HISTORY)):
         faster = faster and p.commands[k] * new <= 0.0
     return faster and abs(new - old) > VISIBLE * p.noise
 
@@ -534,7 +534,7 @@ def _next_braking(p: Any, m: float, slowing: float, v: float) -> float:
 def brake(p: Any, m: float, F: float, measured: bool) -> float:
     """Return the effort until the next sample; the braking ends with `moving` 0."""
     along = p.brake_left > 0 and _runs_along_brake(p, m, F)
-    if measured and (falls(p) or along):
+    if measured and (accelerates_against_effort(p) or along):
         start_holding_moving(p, m)
         return hold(p, m, F, True)
     if p.brake_left > 0:

@@ -18,9 +18,9 @@ from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
     PUSHES,
     RELEASES,
+    accelerates_against_effort,
     brake,
     coasts,
-    falls,
     hold,
     is_falling,
     letting_go,
@@ -98,8 +98,8 @@ _EXTRA = 1.0  # samples that a move takes beyond the shortest time
 _STRONG = 0.9  # of the effort limit: friction up to which a move is begun
 _CERTAIN = 2.0  # standard deviations of friction: an effort that frees the axis
 _UNKNOWN = 0.9  # standard deviation of the logarithm of unknown friction: a factor 6 is two of them
-# Of the effort limit, between a third and a thirtieth as usual of drives; of that at top speed
-_UNKNOWN_SHARE, _UNKNOWN_VISCOUS = 0.12, 0.3
+_UNKNOWN_SHARE = 0.12  # of the effort limit: between a third and a thirtieth, as usual of drives
+_UNKNOWN_VISCOUS = 0.3  # of that friction at the largest speed
 _PAUSE, _PAUSES = 0.3, 2  # duration [s] and number of waits for what still swings on the axis
 _FEWEST = 2  # samples of a rest, where the delay is known
 _GENTLE = 3.0  # times friction: effort of moves on an axis that vibrates
@@ -250,7 +250,7 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
         start_holding_falling(p, m)
     elif runs and s.phase == RESTING and p.held == 0 and p.shaken == 0:
         start_holding(p, m, _mean_friction(own))
-    elif ((p.held or p.brakings >= PUSHES) and p.swung == 0) or falls(p):
+    elif ((p.held or p.brakings >= PUSHES) and p.swung == 0) or accelerates_against_effort(p):
         start_holding_moving(p, m)
     else:
         start_braking(p)
@@ -278,7 +278,7 @@ def _decide(p: Any, s: Any, own: Any, rested: bool) -> None:
         p.undecided = 1
         if s.fresh:
             if not s.last.moved and exact_learning.freed_before(s, own):
-                expect_noise(p.positions)
+                expect_noise(p.sensor)
             exact_learning.learn(s, own)
             p.swing, p.by_pulse = p.swing + abs(s.last.achieved), 1
             if p.known:
@@ -531,8 +531,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         p.period, p.limit = self.sampling_time, self.pulses.effort_limit
         p.most = p.limit
         p.bend = 0.5 * self.pulses.tolerance
-        p.noise = p.positions.deviation = self.pulses.position_noise
-        p.most_moves, p.last_error = _MOST_MOVES, inf
+        p.noise, p.most_moves, p.last_error = self.pulses.position_noise, _MOST_MOVES, inf
         if self.delay is None:
             p.known, p.delay = int(s.delay > 0), s.delay
         else:

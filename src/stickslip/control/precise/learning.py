@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled import compiled
-from stickslip.control.equal_positions import POSITIONS
+from stickslip.control.equal_positions import SENSOR
 from stickslip.control.feedback.profile_kernels import STATE as SERVO_STATE
 from stickslip.control.pulses.exact_state import COULOMB, PARAMETERS, VISCOUS
 from stickslip.numerics.named_fields import fields_at, places
@@ -103,7 +103,7 @@ OWN_DTYPE = np.dtype(
         ("position", "f8"),  # last one, as measured
         ("past", "f8", (KEPT,)),  # the last positions of all, as measured; the latest is the first
         ("past_count", "i8"),  # of them so far
-        ("positions", POSITIONS),
+        ("sensor", SENSOR),  # equal positions, and whether there is noise
         ("free_x", "f8"),  # position from which on no effort has acted and the axis has not turned
         ("free_v", "f8"),  # speed there
         ("farthest", "f8"),  # extreme position since the axis has last turned round

@@ -225,7 +225,7 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     if measured:
         most = 0.5 * STRONGEST_PUSH * p.limit / m * T * T + _SEEN * math.sqrt(p.p_xx + R)
         moves = p.glitch == FROZEN or way > _SURELY * math.sqrt(p.p_xx + R) + p.bend
-        if p.positions.equal > 0 and p.seen == 1 and moves:
+        if p.sensor.equal > 0 and p.seen == 1 and moves:
             p.glitch = FROZEN
         else:
             p.glitch = 1 if p.glitch == p.wild == 0 and abs(off) > most else 0

@@ -75,7 +75,7 @@ def _step(
     if not readable(vector, EXACT, sample):
         return vector, np.nan
     s, own = head(vector), at.own_fields(vector)
-    compare(s.seen, sample.measured_position, s.phase != PULSING, s.pulses == 0)
+    compare(s.sensor, sample.measured_position, own.noise, s.phase != PULSING, s.pulses == 0)
     if watch(vector, sample):
         if s.fresh:
             learn(s, own)
@@ -218,7 +218,7 @@ class ExactPulseController(PulseController):
         own = at.own_fields(state)
         own.period, own.limit = self.sampling_time, self.effort_limit
         own.longest = longest_samples(self.longest_width, self.sampling_time)
-        own.noise = head(state).seen.deviation = self.position_noise
+        own.noise = self.position_noise
         rest_noise = self.position_noise / sqrt(self.rest.samples)
         own.rest_noise = max(rest_noise, _FINEST_REST * self.tolerance)
         own.max_idle_pulses = self.max_idle_pulses

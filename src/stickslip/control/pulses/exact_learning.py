@@ -63,7 +63,7 @@ _ROUGH = 0.05  # of displacement and friction, of an axis that does not follow t
 _ALONG_LAG = 0.02  # of the displacement: the pulse that stands for a lagging one, on the way
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
-_WEAKER = 0.7  # times that, after a pulse that has freed the mass but not halved the error
+_WEAKER = 0.7  # times the breakaway, after a pulse that has not halved the error
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
 _AGAIN = 1.05  # likewise on an axis that vibrates, or after a move has determined its friction
 _STRONG = 0.7  # of the effort limit: longer pulses follow, not stronger ones
@@ -374,6 +374,6 @@ def learn(s: Any, own: Any) -> None:
         own.held[side] = min(F, strength)
     if own.breakaway[side] > own.moved_at[side]:
         own.breakaway[side] = 0.5 * (own.held[side] + own.moved_at[side])
-    elif own.fruitless > 0 and own.held[side] <= F:  # none has failed: a weaker one may free it
+    elif abs(s.error) > own.half_error and own.held[side] <= F:  # none has failed
         own.breakaway[side] = max(F, _WEAKER * own.breakaway[side])
     own.breakaway[side] = max(own.breakaway[side], own.held[side])

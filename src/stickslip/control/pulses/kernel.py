@@ -33,7 +33,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.equal_positions import POSITIONS, may_be_frozen
+from stickslip.control.equal_positions import SENSOR, may_be_frozen
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import SensorSample
 
@@ -101,7 +101,7 @@ HEAD = np.dtype(
         ("reach", "f8"),  # how far the axis may go under the pulse before it is cut short
         ("pulse", PULSE),  # on its way
         ("last", PULSE),  # the last pulse of which it is known what it did
-        ("seen", POSITIONS),
+        ("sensor", SENSOR),  # equal positions, and whether there is noise, of method `exact`
         ("position_count", "i8"),
         ("positions", "f8", (TRACE_SIZE,)),  # kept
     ]
@@ -227,7 +227,8 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     and after a rest that was judged until the axis rests elsewhere. An axis farther from its target
     than the tolerance may be judged by ``early`` samples. A position that hardly changes for long
     is a rest although no velocity is 0 or no two positions are equal: sensors have offsets, and
-    bristles creep. Where the sensor may be frozen, a rest is judged later.
+    bristles creep. Where the sensor of method `exact` may be frozen, a rest
+    is judged later.
     """
     s = head(vector)
     x = sample.measured_position
@@ -253,7 +254,7 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     least = s.least_motion
     if np.isnan(rest) and s.calm >= max(_CALM, s.window):
         rest, least = x, max(least, _calm_width(s))
-    if np.isnan(rest) or s.calm < s.calm_least or may_be_frozen(s.seen):
+    if np.isnan(rest) or s.calm < s.calm_least or may_be_frozen(s.sensor):
         return False
     left = s.outcome == MOVING and abs(s.error) <= s.tolerance
     if s.phase == RESTING and abs(rest - s.rest) <= least and not left:
