@@ -120,8 +120,8 @@ class Limits:
         is braked by the momentum that they last showed and the efforts since; with a mass of 0 it
         gets no effort.
     stall
-        An axis that stands still under more than 0.75 of the effort limit, and would have moved so
-        far against a friction of that size, is blocked.
+        An axis that stands still, and would have moved so far against a friction of 0.75 of the
+        effort limit, or of 0.1 of it after a fast motion, is blocked.
 
     Raises
     ------
