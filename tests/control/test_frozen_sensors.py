@@ -119,8 +119,8 @@ def test_an_axis_that_stops_short_under_an_effort_is_not_blocked(
 ) -> None:
     """Friction, a share of the effort limit, stops a PD controller that has no integral."""
     control = pid_controller(
-        sampling_time=period, velocity="differentiated", target=1.0, position_gain=gain, integral_gain=0.0,
-        velocity_gain=0.5 * gain, filter_time=5.0 * period, effort_limit=LIMIT,
+        sampling_time=period, velocity="differentiated", target=1.0, position_gain=gain,
+        integral_gain=0.0, velocity_gain=0.5 * gain, filter_time=5.0 * period, effort_limit=LIMIT,
     )  # fmt: skip
     places = {"mass": MASS, "effort_limit": LIMIT, "sampling_time": period, "places": (0.0, 1.0)}
     guard = GuardedController(controller=control, limits=Limits.for_task(**places))
@@ -144,9 +144,10 @@ def test_the_momentum_of_a_move_ends_with_another_target() -> None:
     """A strong effort on the axis that stands, and a weaker one for long, are no motion."""
     vector = GuardedController(controller=Push(0.0), limits=LIMITS).init().guard
     g = guard_kernels.fields(vector)
+    guard_kernels.admit(vector, 0.0, 0.03, nan, nan, nan)
     g.runs, g.momentum = 1, MASS * 0.2
     guard_kernels.renew(vector)
-    for k in range(100):
+    for k in range(1, 100):
         guard_kernels.admit(vector, k * T, 0.03, nan, nan, nan)
         guard_kernels.release(vector, True, (0.8 if k == 2 else 0.7) * LIMIT)
     assert g.fault == 0
