@@ -19,6 +19,7 @@ from studies.positioning_faults.landing_tuning import (
     study,
     varied_value,
 )
+from studies.positioning_faults.rivals import shortest_time
 from studies.positioning_faults.run import Axis, arms, axes, move_axis
 from studies.positioning_faults.safety import unsafe
 from studies.positioning_faults.varied import rows, varied
@@ -159,6 +160,17 @@ def test_bristles_under_a_load_are_no_motion_of_a_pulse() -> None:
     outcomes = [move_axis(axis, CASES["presliding of 5 µm, load of 80 %"]) for axis in drawn]
     assert not any(outcome.left or outcome.false for outcome in outcomes)
     assert not any(np.isnan(outcome.settling[0]) for outcome in outcomes)
+
+
+def test_a_move_behind_a_lag_ends_at_the_target() -> None:
+    """In the median; 4.4 times the shortest time while the last effort was left to the lag."""
+    drawn = axes(24, 1, method="precise", sampling_time=0.01, ratio=30.0)
+    outcomes = [move_axis(axis, CASES["lag of the drive of 1 sample"]) for axis in drawn]
+    times = [
+        outcome.settling[0] / shortest_time(axis)
+        for axis, outcome in zip(drawn, outcomes, strict=True)
+    ]
+    assert np.median(times) <= 3.7
 
 
 def test_a_resonance_is_not_excited() -> None:

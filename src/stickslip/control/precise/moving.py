@@ -447,7 +447,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
         unsure = _CERTAIN * math.sqrt(max(p.covariance[p.best, 1, 1], 0.0)) if e < 0.0 else 0.0
         holding = max(F - unsure, 0.0)
         u = -_GENTLY * m * v / p.period + math.copysign(holding, speed) + c * speed
-        if u * speed > 0.0:  # friction alone stops it as soon
+        if u * speed > 0.0 and lag_of(p.best) == 0.0:  # friction alone stops it as soon
             return 0.0
         return min(max(u, -p.move_effort), p.move_effort)
     p.quiet += 1
