@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from stickslip.control import equal_positions
 from stickslip.control.pulses import exact, exact_state, kernel
 from stickslip.estimation.energy.known_inertia.online import recursion as energy_recursion
 from stickslip.estimation.energy.known_inertia.online import state as energy_state
@@ -157,6 +158,7 @@ def pulses_module(window: int) -> Module:
         {
             "motion": _variable(kernel, "HEAD"),
             "pulse": _variable(kernel, "PULSE"),
+            "sensor": _variable(equal_positions, "SENSOR"),
             "learned": _variable(exact_state, "OWN_DTYPE"),
         },
     )
