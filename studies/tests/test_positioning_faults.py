@@ -213,7 +213,7 @@ def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: 
 
 @pytest.mark.parametrize("name", ["frozen sensors", "sensors that freeze in the move"])
 def test_pulses_wait_while_their_sensor_may_be_frozen(name: str) -> None:
-    """One of 100 axes leaves its travel, as no noise is seen before; without that wait 42 and 82."""
+    """One of 100 axes leaves its travel, as no noise is seen; without that wait 42 and 82 do."""
     drawn = axes(10, 1, method="exact", sampling_time=0.01, ratio=30.0)
     outcomes = [move_axis(axis, CASES[name]) for axis in drawn]
     assert sum(outcome.left for outcome in outcomes) <= 1
