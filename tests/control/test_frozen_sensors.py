@@ -140,12 +140,51 @@ def test_an_axis_that_stops_short_under_an_effort_is_not_blocked(
     assert path[-1] < 0.99
 
 
+@pytest.mark.parametrize("period", [1e-3, 1e-2])
+def test_an_axis_that_stopped_in_lost_samples_is_not_blocked(period: float) -> None:
+    """Its mean speed over ten samples is more than it can lose in one."""
+    limits = Limits.for_task(mass=MASS, effort_limit=LIMIT, sampling_time=period, places=(0.0, 1.0))
+    vector = GuardedController(controller=Push(0.0), limits=limits).init().guard
+    g, x, v = guard_kernels.fields(vector), 0.0, 0.0
+    for k in range(400):
+        effort = LIMIT if k < 12 else -LIMIT if k < 20 else 0.3 * LIMIT
+        seen = nan if 12 <= k < 20 else x
+        readable = guard_kernels.admit(vector, k * period, seen, nan, nan, nan)
+        guard_kernels.release(vector, readable, effort)
+        for _ in range(50):
+            if v == 0.0 and abs(effort) <= 0.4 * LIMIT:
+                break
+            new = v + period / 50.0 * (effort - 0.4 * LIMIT) / MASS
+            v = 0.0 if v > 0.0 > new else new
+            x += period / 50.0 * v
+        v = max(v, 0.0)
+    assert v == 0.0
+    assert g.fault == 0
+
+
+@pytest.mark.parametrize("steps", [3, 5, 7])
+@pytest.mark.parametrize("share", [-0.3, 0.3])
+@pytest.mark.parametrize(("period", "step"), [(1e-3, 5e-6), (1e-3, 2e-5), (2e-3, 2e-5)])
+def test_a_glitch_at_rest_is_no_motion(
+    period: float, step: float, share: float, steps: int
+) -> None:
+    limits = Limits.for_task(
+        mass=MASS, effort_limit=LIMIT, sampling_time=period, places=(0.0, 0.01),
+        sensors=SensorErrors(encoder_step=step),
+    )  # fmt: skip
+    vector = GuardedController(controller=Push(0.0), limits=limits).init().guard
+    for k in range(1000):
+        guard_kernels.admit(vector, k * period, steps * step if k == 50 else 0.0, nan, nan, nan)
+        guard_kernels.release(vector, True, share * LIMIT)
+    assert guard_kernels.fields(vector).fault == 0
+
+
 def test_the_momentum_of_a_move_ends_with_another_target() -> None:
     """A strong effort on the axis that stands, and a weaker one for long, are no motion."""
     vector = GuardedController(controller=Push(0.0), limits=LIMITS).init().guard
     g = guard_kernels.fields(vector)
     guard_kernels.admit(vector, 0.0, 0.03, nan, nan, nan)
-    g.runs, g.momentum = 1, MASS * 0.2
+    g.moved_fast, g.momentum = 1, MASS * 0.2
     guard_kernels.renew(vector)
     for k in range(1, 100):
         guard_kernels.admit(vector, k * T, 0.03, nan, nan, nan)

@@ -5,7 +5,7 @@ The axis is a mass in explicit steps that shares no code with the simulator.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf, nan
+from math import exp, inf, nan
 
 import numpy as np
 import pytest
@@ -92,16 +92,20 @@ def moved(
     noise: float = 0.0,
     sensor: Samples = lambda _, x: x,
     delay: int = 0,
+    lag: float = 0.0,
     samples: int = 800,
     seed: int = 1,
 ) -> Moved:
-    """Run a move under a load, with a sign and delay of the effort, an end stop and a sensor."""
+    """Run a move under a load, with an end stop and a sensor.
+
+    The effort has a sign, a delay in samples, and a first-order lag [s].
+    """
     period = guard.controller.sampling_time
     efforts = [0.0] * delay
     generator = np.random.default_rng(seed)
     target = guard.controller.target
     low, high = sorted((0.0, target))
-    state, x, v, farthest, wrong = guard.init(), 0.0, 0.0, 0.0, 0
+    state, x, v, farthest, wrong, acts = guard.init(), 0.0, 0.0, 0.0, 0, 0.0
     for k in range(samples):
         shown = sensor(k * period, x + noise * float(generator.normal()))
         seen = STEP * round(shown / STEP)
@@ -109,7 +113,9 @@ def moved(
         efforts.append(effort)
         wrong += guard.outcome(state) is REACHED and abs(x - target) > 2.0 * TOLERANCE
         for _ in range(round(period / FINE)):
-            force = sign * efforts[-1 - delay] + load
+            sent = sign * efforts[-1 - delay]
+            acts = sent + (acts - sent) * (exp(-FINE / lag) if lag > 0.0 else 0.0)
+            force = acts + load
             force -= max(STOP * (x - stop) + DAMPS * v, 0.0) if x > stop else 0.0
             x, v = advanced(x, v, force)
             farthest = max(farthest, x - high, low - x)
@@ -349,6 +355,14 @@ def test_an_axis_at_an_end_stop_is_blocked(place: float) -> None:
     assert run.outcome is STOPPED
     assert "blocked" in run.why
     assert run.speed == 0.0
+
+
+@pytest.mark.parametrize("lag", [0.005, 0.01])
+@pytest.mark.parametrize("limit", [3.0, 10.0, 30.0])
+def test_a_move_behind_a_lag_hardly_goes_beyond_its_target(limit: float, lag: float) -> None:
+    run = moved(guarded(limit, period=0.01), lag=lag, samples=200)
+    assert run.outcome is REACHED
+    assert run.farthest <= 0.01 * WAY
 
 
 def freezing(after: float) -> Samples:

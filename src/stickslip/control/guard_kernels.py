@@ -61,8 +61,8 @@ STATE = np.dtype(
         ("same", "i8"),  # equal positions in a row
         ("seen", "f8", (2, 2)),  # last position and velocity of each mass
         ("alike", "i8", (2,)),  # samples in a row in which both have not changed in the last bit
-        ("momentum", "f8"),  # of both masses, reckoned from the last sample that was new
-        ("runs", "i8"),  # 1 while it is that of an axis that was seen to move
+        ("momentum", "f8"),  # of both masses, estimated from the last sample that was new
+        ("moved_fast", "i8"),  # 1 while it is that of an axis that was seen to move fast
         ("missed", "f8"),  # distance that an axis with it would have moved since
         ("fast", "i8"),  # samples in a row above the speed limit
         ("sure_speed", "f8"),  # speed at the last sample, less its error, at least 0
@@ -159,7 +159,7 @@ def _halt(g: Any) -> bool:
     g.halted = 1
     _lose(g, BLOCKED)
     if g.fault == BLOCKED:  # begin anew, to brake
-        g.samples, g.runs, g.momentum = 0, 0, 0.0
+        g.samples, g.moved_fast, g.momentum = 0, 0, 0.0
     return False
 
 
@@ -376,7 +376,7 @@ def admit(
     g.samples += 1
     g.lost = g.halted = g.stuck = 0
     g.rejected = np.nan
-    if stands_too_long(g, speed, v2) and g.fault == 0:
+    if stands_too_long(g, speed, v2, dt) and g.fault == 0:
         g.fault = BLOCKED
     if g.started == 0:
         g.started, g.begun = 1, time
@@ -511,7 +511,7 @@ def _brake(g: Any) -> float:
 
 @compiled()
 def _coast(g: Any) -> float:
-    """Return the effort that takes the reckoned momentum out of an axis that is not seen.
+    """Return the effort that takes the estimated momentum out of an axis that is not seen.
 
     It leaves time, as the mass may be wrong, and samples that come may show so; more of it if the
     axis has swung before.
@@ -557,4 +557,4 @@ def renew(guard: Float[np.ndarray, " g"]) -> None:
     g.fault, g.started, g.lost, g.fast, g.pushing, g.free = 0, 0, 0, 0, 0, 0
     g.anchored, g.quiet, g.released, g.kept, g.above, g.below = 0, 0, 0, 0, 0, 0
     g.same, g.mismatch, g.unanswered, g.turns, g.against, g.weak = 0, 0.0, 0, 0, 0, 0
-    g.momentum, g.missed, g.runs, g.hold, g.alike[:] = 0.0, 0.0, 0, 0.0, 0
+    g.momentum, g.missed, g.moved_fast, g.hold, g.alike[:] = 0.0, 0.0, 0, 0.0, 0

@@ -30,35 +30,36 @@ def momentum_after(g: Any, u: float) -> float:
     """Return the momentum after a sample under an effort.
 
     An axis whose sensors show no motion goes on if it was seen to move faster than it can stop in a
-    sample, slowed by little friction, until it has stopped. What stands is moved by what exceeds
-    any friction; a lower effort does not keep up its momentum.
+    sample, slowed by little friction, until it has stopped. An axis at rest is moved by the part of
+    the effort above 0.75 of the limit; a lower one does not keep up its momentum.
     """
     if g.fault != 0 or not _stands(g):
         return g.momentum + u * g.period
-    if g.runs == 1 and g.momentum != 0.0:
+    if g.moved_fast == 1 and g.momentum != 0.0:
         along = np.copysign(u, u * g.momentum)
         left = abs(g.momentum) + (along - _LEAST_FRICTION * g.effort_limit) * g.period
-        g.runs = 1 if left > 0.0 else 0
+        g.moved_fast = 1 if left > 0.0 else 0
         return np.copysign(max(left, 0.0), g.momentum)
     excess = max(abs(u) - HELD * g.effort_limit, 0.0)
     return g.momentum + np.copysign(excess, u) * g.period if excess > 0.0 else 0.0
 
 
 @compiled()
-def stands_too_long(g: Any, v: float, v2: float) -> bool:
+def stands_too_long(g: Any, v: float, v2: float, dt: float) -> bool:
     """Return whether an axis should have moved since the last sample that was new.
 
     Its momentum m v + m_2 v_2 is taken from each new sample, and would have moved it by the
-    integral of momentum over mass. That of a second mass may return through the spring.
+    integral of momentum over mass. That of a second mass may return through the spring, and that
+    after a glitch is to the other side. The sample follows the last admitted one by the time dt.
     """
-    whole = g.mass[0] + g.mass[1]
+    whole, before = g.mass[0] + g.mass[1], g.momentum
     if g.alike[0] == 0:
         g.momentum = g.mass[0] * v + g.mass[1] * (v2 if np.isfinite(v2) else v)
-        at_once = _STOPPED_AT_ONCE * g.effort_limit * g.period
-        fast = abs(g.momentum) > momentum_error(g) + at_once
-        g.missed, g.runs = 0.0, 1 if fast and g.mass[1] == 0.0 else 0
+        least = momentum_error(g) + _STOPPED_AT_ONCE * g.effort_limit * max(dt, g.period)
+        fast = abs(g.momentum) > least and before * g.momentum > 0.0 and abs(before) > 0.5 * least
+        g.missed, g.moved_fast = 0.0, 1 if fast and g.mass[1] == 0.0 else 0
     elif _stands(g) and whole > 0.0:
-        if g.alike[0] == 1 and g.runs == 1:
+        if g.alike[0] == 1 and g.moved_fast == 1:
             left = max(abs(g.momentum) - momentum_error(g), 0.0)
             g.momentum = np.copysign(left, g.momentum)
         g.missed += g.momentum / whole * g.period

@@ -28,7 +28,6 @@ from stickslip.control.precise.learning import (
     KEPT,
     PAST,
     ROWS,
-    SHAKES,
     TAUGHT,
     delay_of,
     direction,
@@ -503,15 +502,18 @@ def _runs_along_brake(p: Any, m: float, F: float) -> bool:
 def accelerates_against_effort(p: Any) -> bool:
     """Return whether an axis becomes ever faster against all efforts that act: a load moves it.
 
-    It is compared over three times, together 30 ms, or 15 samples if these are shorter.
+    It is compared over three times: together about 30 ms, 3 to 15 samples. A vibration has changed
+    the sign of wild innovations more than once, and a glitch is one step.
     """
     q = min(max(math.ceil(_SWING / p.period), PAST - 1), KEPT - 1) // (PAST - 1)
-    if p.past_count <= (PAST - 1) * q or p.shaken or p.swung or p.shakes >= SHAKES:
+    if p.past_count <= (PAST - 1) * q or p.shaken or p.swung or p.shakes > 1:
         return False
     new, old = p.past[0] - p.past[q], p.past[q] - p.past[2 * q]
     first = p.past[2 * q] - p.past[3 * q]
     faster = abs(new) >= abs(old) >= abs(first) and new * old > 0.0 and old * first >= 0.0
-    for k in range(min(math.ceil(_delay(p)) + (PAST - 1) * q, HISTORY)):
+    faster = faster and abs(new) <= _EVEN * abs(new + old + first)
+    acted = math.ceil(_delay(p) + 2.0 * lag_of(p.best)) + (PAST - 1) * q  # three lags in all
+    for k in range(min(acted, HISTORY)):
         faster = faster and p.commands[k] * new <= 0.0
     return faster and abs(new - old) > VISIBLE * p.noise
 

@@ -423,7 +423,7 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
 
     An axis that still moves towards the target has another last part. One that does not stop is
     held, as a load drives it. One of which no motion has been seen is waited for, as long as the
-    longest delay.
+    longest delay. Behind a lag the effort balances friction until the axis stops.
     """
     m, F, c = model(p)
     if p.seen == 0:
@@ -447,7 +447,8 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
         unsure = _CERTAIN * math.sqrt(max(p.covariance[p.best, 1, 1], 0.0)) if e < 0.0 else 0.0
         holding = max(F - unsure, 0.0)
         u = -_GENTLY * m * v / p.period + math.copysign(holding, speed) + c * speed
-        if u * speed > 0.0 and lag_of(p.best) == 0.0:  # friction alone stops it as soon
+        alone = lag_of(p.best) == 0.0 or e < -2.0 * p.bend  # friction alone stops it as soon
+        if u * speed > 0.0 and alone:
             return 0.0
         return min(max(u, -p.move_effort), p.move_effort)
     p.quiet += 1

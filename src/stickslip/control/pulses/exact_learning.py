@@ -375,5 +375,6 @@ def learn(s: Any, own: Any) -> None:
     if own.breakaway[side] > own.moved_at[side]:
         own.breakaway[side] = 0.5 * (own.held[side] + own.moved_at[side])
     elif abs(s.error) > own.half_error and own.held[side] <= F:  # none has failed
-        own.breakaway[side] = max(F, _WEAKER * own.breakaway[side])
+        weaker = max(F, _WEAKER * own.breakaway[side])
+        own.breakaway[side] = min(weaker, own.moved_at[side])
     own.breakaway[side] = max(own.breakaway[side], own.held[side])
