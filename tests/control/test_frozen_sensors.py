@@ -147,8 +147,8 @@ def test_an_axis_that_stopped_in_lost_samples_is_not_blocked(period: float) -> N
     vector = GuardedController(controller=Push(0.0), limits=limits).init().guard
     g, x, v = guard_kernels.fields(vector), 0.0, 0.0
     for k in range(400):
-        effort = LIMIT if k < 12 else -LIMIT if k < 20 else 0.3 * LIMIT
-        seen = nan if 12 <= k < 20 else x
+        effort = LIMIT if k < 20 else -LIMIT if k < 29 else 0.3 * LIMIT
+        seen = nan if 20 <= k < 29 else x
         readable = guard_kernels.admit(vector, k * period, seen, nan, nan, nan)
         guard_kernels.release(vector, readable, effort)
         for _ in range(50):
@@ -174,8 +174,9 @@ def test_a_glitch_at_rest_is_no_motion(
     )  # fmt: skip
     vector = GuardedController(controller=Push(0.0), limits=limits).init().guard
     for k in range(1000):
-        guard_kernels.admit(vector, k * period, steps * step if k == 50 else 0.0, nan, nan, nan)
-        guard_kernels.release(vector, True, share * LIMIT)
+        seen = steps * step if k == 50 else 0.0
+        readable = guard_kernels.admit(vector, k * period, seen, nan, nan, nan)
+        guard_kernels.release(vector, readable, share * LIMIT)
     assert guard_kernels.fields(vector).fault == 0
 
 
