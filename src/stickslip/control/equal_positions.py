@@ -51,7 +51,7 @@ def compare(sensor: Any, x: float, deviation: float, rests: bool, undriven: bool
     rests
         Whether the axis may rest: no more than `FEWEST_EQUAL` are counted while it is driven.
     undriven
-        Whether nothing has driven it so far.
+        Whether no effort has acted so far.
     """
     step = x - sensor.last
     turns = sensor.count > 1 and step * sensor.step < 0.0

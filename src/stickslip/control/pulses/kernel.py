@@ -227,8 +227,7 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     and after a rest that was judged until the axis rests elsewhere. An axis farther from its target
     than the tolerance may be judged by ``early`` samples. A position that hardly changes for long
     is a rest although no velocity is 0 or no two positions are equal: sensors have offsets, and
-    bristles creep. Where the sensor of method `exact` may be frozen, a rest
-    is judged later.
+    bristles creep. Where the sensor of method `exact` may be frozen, a rest is judged later.
     """
     s = head(vector)
     x = sample.measured_position
