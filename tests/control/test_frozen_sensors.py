@@ -16,14 +16,16 @@ FINE = 200  # steps of the plant in a sample
 LIMITS = Limits.for_task(mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 1.0))
 
 
-def advanced(x: float, v: float, effort: float) -> tuple[float, float]:
+def advanced(
+    x: float, v: float, effort: float, *, friction: float = FRICTION, period: float = T
+) -> tuple[float, float]:
     """Return position and speed of a mass on Coulomb friction after a sample, in fine steps."""
-    h = T / FINE
+    h = period / FINE
     for _ in range(FINE):
-        if v == 0.0 and abs(effort) <= FRICTION:
+        if v == 0.0 and abs(effort) <= friction:
             break
         sign = 1.0 if v > 0.0 or (v == 0.0 and effort > 0.0) else -1.0
-        new = v + h * (effort - sign * FRICTION) / MASS
+        new = v + h * (effort - sign * friction) / MASS
         v = 0.0 if new * v < 0.0 else new
         x += h * v
     return x, v
@@ -127,13 +129,7 @@ def test_an_axis_that_stops_short_under_an_effort_is_not_blocked(
     state, x, v, path = guard.init(), 0.0, 0.0, []
     for k in range(round(5.0 / period)):
         state, effort = guard.step(state, SensorSample(k * period, x, nan, nan, nan))
-        for _ in range(20):
-            if v == 0.0 and abs(effort) <= friction * LIMIT:
-                break
-            opposes = friction * LIMIT * (1.0 if (v or effort) > 0.0 else -1.0)
-            new = v + period / 20.0 * (effort - opposes) / MASS
-            v = 0.0 if new * v < 0.0 else new
-            x += period / 20.0 * v
+        x, v = advanced(x, v, effort, friction=friction * LIMIT, period=period)
         path.append(x)
     assert guard.why(state) is None
     assert path[-1] == pytest.approx(path[-100], abs=1e-4)
@@ -146,18 +142,13 @@ def test_an_axis_that_stopped_in_lost_samples_is_not_blocked(period: float) -> N
     limits = Limits.for_task(mass=MASS, effort_limit=LIMIT, sampling_time=period, places=(0.0, 1.0))
     vector = GuardedController(controller=Push(0.0), limits=limits).init().guard
     g, x, v = guard_kernels.fields(vector), 0.0, 0.0
+    g.period = period
     for k in range(400):
         effort = LIMIT if k < 20 else -LIMIT if k < 29 else 0.3 * LIMIT
         seen = nan if 20 <= k < 29 else x
         readable = guard_kernels.admit(vector, k * period, seen, nan, nan, nan)
         guard_kernels.release(vector, readable, effort)
-        for _ in range(50):
-            if v == 0.0 and abs(effort) <= 0.4 * LIMIT:
-                break
-            new = v + period / 50.0 * (effort - 0.4 * LIMIT) / MASS
-            v = 0.0 if v > 0.0 > new else new
-            x += period / 50.0 * v
-        v = max(v, 0.0)
+        x, v = advanced(x, v, effort, friction=0.4 * LIMIT, period=period)
     assert v == 0.0
     assert g.fault == 0
 
@@ -173,11 +164,13 @@ def test_a_glitch_at_rest_is_no_motion(
         sensors=SensorErrors(encoder_step=step),
     )  # fmt: skip
     vector = GuardedController(controller=Push(0.0), limits=limits).init().guard
+    g = guard_kernels.fields(vector)
+    g.period = period
     for k in range(1000):
         seen = steps * step if k == 50 else 0.0
         readable = guard_kernels.admit(vector, k * period, seen, nan, nan, nan)
         guard_kernels.release(vector, readable, share * LIMIT)
-    assert guard_kernels.fields(vector).fault == 0
+    assert g.fault == 0
 
 
 def test_the_momentum_of_a_move_ends_with_another_target() -> None:
