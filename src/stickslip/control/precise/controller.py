@@ -237,7 +237,7 @@ def _react(p: Any, s: Any, own: Any, x: float) -> None:
     runs = (s.pending == 0 and pushed(p, m, F, s.phase == RESTING)) or coasts(p, s.target)
     if not (runs or leaves):
         return
-    p.undecided = p.by_pulse = p.waits = 0
+    p.undecided = p.by_pulse = p.waits = 0  # it rests no longer
     if runs and s.phase != RESTING and servo_allowed(p) and unexplained(p) and not falling:
         _calm(p, own)
         start_servo(p, own, s.target, x, (x - p.past[1]) / p.period)
