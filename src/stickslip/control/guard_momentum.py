@@ -35,10 +35,10 @@ def momentum_after(g: Any, u: float) -> float:
     """
     if g.fault != 0 or not _stands(g):
         return g.momentum + u * g.period
-    if g.moved_fast == 1 and g.momentum != 0.0:
+    if g.moved_fast > 0 and g.momentum != 0.0:
         along = np.copysign(u, u * g.momentum)
         left = abs(g.momentum) + (along - _LEAST_FRICTION * g.effort_limit) * g.period
-        g.moved_fast = 1 if left > 0.0 else 0
+        g.moved_fast = g.moved_fast if left > 0.0 else 0
         return np.copysign(max(left, 0.0), g.momentum)
     excess = max(abs(u) - HELD * g.effort_limit, 0.0)
     return g.momentum + np.copysign(excess, u) * g.period if excess > 0.0 else 0.0
@@ -59,9 +59,9 @@ def stands_too_long(g: Any, v: float, v2: float, dt: float) -> bool:
         fast = abs(g.momentum) > least and before * g.momentum > 0.0 and abs(before) > 0.5 * least
         g.missed, g.moved_fast = 0.0, 1 if fast and g.mass[1] == 0.0 else 0
     elif _stands(g) and whole > 0.0:
-        if g.alike[0] == 1 and g.moved_fast == 1:
+        if g.moved_fast == 1:
             left = max(abs(g.momentum) - momentum_error(g), 0.0)
-            g.momentum = np.copysign(left, g.momentum)
+            g.momentum, g.moved_fast = np.copysign(left, g.momentum), 2
         g.missed += g.momentum / whole * g.period
         return g.alike[0] >= _STANDS and abs(g.missed) > g.stall
     return False
