@@ -162,10 +162,12 @@ def faultless(count: int, sampling_times: Sequence[float], ratios: Sequence[floa
     return table([*names, "in whole samples, over the shortest", "median", "90 %"], rows)
 
 
-def study(count: int, sampling_time: float, ratio: float, cases: Sequence[Case]) -> str:
+def study(
+    count: int, sampling_time: float, ratio: float, cases: Sequence[Case], seed: int = _SEED
+) -> str:
     """Return the table of cases at a sampling time and a ratio of effort limit to friction."""
     by_method = {
-        method: axes(count, _SEED, method=method, sampling_time=sampling_time, ratio=ratio)
+        method: axes(count, seed, method=method, sampling_time=sampling_time, ratio=ratio)
         for method in _METHODS
     }
     shortest = np.array([shortest_time(axis) for axis in by_method["precise"]])
@@ -200,6 +202,7 @@ def main() -> None:
         "--faultless", action="store_true", help="print the times without faults alone"
     )
     parser.add_argument("--cases", nargs="*", default=[], help="parts of their names; all if none")
+    parser.add_argument("--seed", type=int, default=_SEED, help="of the axes of the cases")
     given = parser.parse_args()
     if given.faultless:
         print(faultless(given.axes, given.sampling_times, given.ratios))  # noqa: T201
@@ -209,7 +212,8 @@ def main() -> None:
     ]
     for sampling_time in given.sampling_times:
         for ratio in given.ratios:
-            print(study(given.axes, sampling_time, ratio, cases), flush=True)  # noqa: T201 - takes long
+            text = study(given.axes, sampling_time, ratio, cases, given.seed)
+            print(text, flush=True)  # noqa: T201 - takes long
 
 
 if __name__ == "__main__":
