@@ -20,7 +20,7 @@ from stickslip import (
 )
 from stickslip.control import PreciseController, RestDetection
 from stickslip.control.feedback import profile_kernels
-from stickslip.control.precise import braking
+from stickslip.control.precise import braking, holding
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.servo import retarget_servo, servo_effort, start_servo
 from stickslip.control.pulses import exact_learning, exact_state
@@ -358,7 +358,7 @@ def test_a_push_is_estimated_by_a_kalman_filter() -> None:
     state = PRECISE.init()
     p, generator = at.own_fields(state), np.random.default_rng(3)
     p.past[:2] = [3e-5, 1e-5]
-    braking.start_holding(p, MASS, 50.0)
+    holding.start_holding(p, MASS, 50.0)
     A = np.array([[1.0, T, 0.5 * T * T / MASS], [0.0, 1.0, T / MASS], [0.0, 0.0, 1.0]])
     B = np.array([0.5 * T * T / MASS, T / MASS, 0.0])
     change = 0.1 * p.limit
@@ -371,10 +371,11 @@ def test_a_push_is_estimated_by_a_kalman_filter() -> None:
         mean, P = mean + gain * (position - mean[0]), P - np.outer(gain, P[0])
         if position != 1e-5:
             braking.remember(p, position)
-            effort = braking.hold(p, MASS, 50.0, True)
+            effort = holding.hold(p, MASS, 50.0, True)
             at.sent(p, effort)
     scale = np.array([1.0, T, T * T / MASS])
-    np.testing.assert_allclose(p.motion, scale * mean, rtol=1e-9, atol=1e-15)
+    for motion in p.motion:  # no delay is given, and none was learned
+        np.testing.assert_allclose(motion, scale * mean, rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(p.spread, np.outer(scale, scale) * P, rtol=1e-7, atol=1e-20)
 
 
@@ -423,13 +424,15 @@ def test_a_lost_sample_leaves_the_impulse_of_a_move_out(lost: int, speed: float)
 
 def test_a_delay_beyond_the_commands_that_are_kept_is_that_of_the_oldest() -> None:
     efforts = []
-    for delay in (60.0, at.HISTORY - 2.0):
-        p = at.own_fields(PRECISE.init())
-        p.known, p.delay, p.commands[-1], p.misfit[:] = 1, delay, 30.0, 500.0
+    for delay in (60, at.HISTORY - 2):
+        rest = replace(PULSES.rest, delay=delay)
+        p = at.own_fields(replace(PRECISE, pulses=replace(PULSES, rest=rest)).init())
+        assert (p.known, p.delay) == (1, delay)
+        p.commands[-1], p.misfit[:] = 30.0, 500.0
         for x in (0.0, 0.0, 1e-5, 3e-5):
             braking.remember(p, x)
-        braking.start_holding(p, MASS, 50.0)
-        efforts.append(braking.hold(p, MASS, 50.0, True))
+        holding.start_holding(p, MASS, 50.0)
+        efforts.append(holding.hold(p, MASS, 50.0, True))
     assert efforts[0] == efforts[1]
 
 

@@ -1,4 +1,4 @@
-"""Braking of an axis whose motion no plan explains, and holding of one that is pushed.
+"""Braking of an axis whose motion no plan explains.
 
 The speed of braking is the mean over the last three samples, which a vibration behind the axis
 disturbs little, and what the commands since then have changed. For an axis that vibrates the mean
@@ -7,19 +7,21 @@ impulse of the effort and the mass give a second value; the two are averaged wit
 variances. Braking holds the effort that takes this speed away for three samples or more, and then
 estimates the speed again: feedback in each sample would excite the vibration.
 
-A push is short, and changes faster: its force is estimated in each sample, and the effort opposes
-it and the speed. Where this effort changes its sign more than three times it excites a vibration:
-the axis is braked, and not held, until it is at rest. An axis that has stopped is held by friction,
-whatever the estimate: it changes its sign where the axis would turn round.
+A push is short, and changes faster: it is held (`stickslip.control.precise.holding`).
 """
 
 import math
 from typing import Any
 
-import numpy as np
-
 from stickslip.compiled import compiled
 from stickslip.control.equal_positions import MOST_EQUAL, VISIBLE, compare, may_be_frozen
+from stickslip.control.precise.holding import (
+    TURNS,
+    hold,
+    learned_delay,
+    start_holding_falling,
+    start_holding_moving,
+)
 from stickslip.control.precise.learning import (
     BRAKING,
     FROZEN,
@@ -34,13 +36,8 @@ from stickslip.control.precise.learning import (
     lag_of,
     misfit_scale,
     model,
-    unexplained,
     variance_of,
 )
-from stickslip.numerics.kalman import measure, predict
-
-_TRANSITION = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])  # of x, v T, d T^2/m
-_WALK = np.diag([0.0, 0.0, 1.0])  # of these, the one that walks
 
 _SAMPLES = 3  # the shortest braking
 _SWING = 0.03  # time of the mean speed of an axis that vibrates [s]: two periods of 65 Hz
@@ -53,26 +50,9 @@ _SHARE = 0.6  # of the effort limit: braking is planned with so much
 _MOST = 6  # brakings until the axis is left to friction
 PUSHES = 2  # brakings from one rest to the next: an axis that still accelerates is held
 _HOLDS = 3  # pushes until the axis has been at rest at the target: one that swings is let swing out
-_MANY = 6  # pushes to one side until then: a load, though the effort against it has oscillated
-RELEASES = 2  # times an axis is let go until what moves it again is a load
-_SLOWER = 0.5  # of the time constant: added by each of more turns, where a load is held
-_TURNS = 3  # of the effort against a push; more are an oscillation that the effort excites
 _SURE = 0.1  # of a step is what the one before it has at least, where the axis moved before
 STRONGEST_PUSH = 1.2  # of the effort limit: a push
-_GAIN = 0.8  # of the speed is taken away in a sample of a push
-_NOISY = 0.2  # of the effort limit: that of an error of the speed; a larger one lowers the gain
-_STRONG = 0.5  # of the limit: standard deviation of a load
 _FAILED = 0.7  # of the speed is left by a braking that something opposes
-_CHANGES = 0.1  # of the limit: standard deviation of the change of a push in a sample
-_STEADY = 0.3  # of friction: likewise at most, where noise looks like a force above friction
-# Standard deviations of a position, and of the limit: an effort below both may be by noise, and its
-# change of sign is no turn
-_WILD, _CLEAR = 6.0, 0.2
-_SHAKEN = 0.01  # times `_CHANGES` where a vibration moves the axis too, and of a load
-_LIKELY = 3.0  # standard deviations of a push
-_LONGEST, _ENDS = 0.3, 5.0  # of a push [s], and least time constants of its effort
-# Time constant of the effort at rest, and at least so many samples; of friction: none is left
-_LETS_GO, _LETS_GO_SAMPLES, _LITTLE = 0.01, 3.0, 0.1
 _COASTING = 20.0  # `bend`: an axis that friction stops within it is not braked
 _NOISE = 50.0  # standard deviations of a position, likewise
 _UNSURE = 3.0  # standard deviations of a speed
@@ -155,18 +135,6 @@ def _by_impulse(p: Any) -> tuple[float, float]:
 
 
 @compiled()
-def _stands(p: Any) -> bool:
-    """Return whether an axis that is held shows no motion since it came to rest."""
-    seen = VISIBLE * p.noise
-    still = abs(p.past[0] - p.past[PAST - 1]) <= seen
-    still = still and (p.quiet == 0 or abs(p.past[0] - p.stood) <= seen)
-    if p.quiet == 0:
-        p.stood = p.past[0]
-    p.quiet = p.quiet + 1 if still else 0
-    return still
-
-
-@compiled()
 def _harmless(p: Any) -> float:
     """Return a way that an axis may go on without effort."""
     return max(_COASTING * p.bend, _NOISE * p.noise)
@@ -181,7 +149,7 @@ def _runs(p: Any, m: float, F: float, v: float) -> bool:
 @compiled()
 def _swings(p: Any) -> bool:
     """Return whether efforts have made an axis swing that is not under a load."""
-    swings = (p.holds >= _HOLDS and p.sided == 0) or (p.fast == 1 and p.turns > _TURNS)
+    swings = (p.holds >= _HOLDS and p.sided == 0) or (p.fast == 1 and p.turns > TURNS)
     return swings and p.held == 0
 
 
@@ -192,10 +160,15 @@ def _response(p: Any) -> int:
 
 
 @compiled()
+def _goes_one_way(p: Any) -> bool:
+    """Return whether the axis has moved to one side for longer than half a swing lasts."""
+    return p.one_way >= max(_FALL_TIME / p.period, _FALL_SAMPLES * _response(p))
+
+
+@compiled()
 def is_falling(p: Any) -> bool:
     """Return whether a load drives an axis that has swung: it moves longer than a swing lasts."""
-    least = max(_FALL_TIME / p.period, _FALL_SAMPLES * _response(p))
-    return (p.swung == 1 or _swings(p)) and p.one_way >= least
+    return (p.swung == 1 or _swings(p)) and _goes_one_way(p)
 
 
 @compiled()
@@ -239,213 +212,25 @@ def pushed(p: Any, m: float, F: float, rested: bool) -> bool:
     faster = becomes_faster(p)
     jumps = rested and abs(old) <= _SURE * abs(new) and abs(new) > VISIBLE * p.noise
     jumps = jumps and 2.0 * m * abs(new) <= STRONGEST_PUSH * p.limit * p.period * p.period
-    steady = p.shaken == 0 and p.swung == 0 and (p.fast == 0 or p.turns <= _TURNS)
+    steady = p.shaken == 0 and p.swung == 0 and (p.fast == 0 or p.turns <= TURNS)
     may = (p.held > 0 and p.swung == 0) or ((p.brakings < PUSHES or steady) and p.holds < _HOLDS)
     return (faster or jumps) and may and p.past_count >= PAST and _runs(p, m, F, new / p.period)
+
+
+@compiled()
+def creeps(p: Any, m: float, F: float) -> bool:
+    """Return whether an axis moves so slowly that friction would soon stop it.
+
+    Its speed is the mean over three samples. What the commands add is left out, as friction or a
+    load may take it.
+    """
+    return not _runs(p, m, F, (p.past[0] - p.past[PAST - 1]) / ((PAST - 1) * p.period))
 
 
 @compiled()
 def start_braking(p: Any) -> None:
     """Brake from this sample on."""
     p.moving, p.brake_left, p.brake_wait, p.unslowed, p.waited = BRAKING, 0, 0, 0, 0
-
-
-@compiled()
-def _change(p: Any, m: float, F: float) -> float:
-    """Return the standard deviation of the change of d T^2/m in a sample.
-
-    It is smaller where noise looks like a force above friction, so that noise does not drive the
-    axis.
-    """
-    force = p.limit * _CHANGES * (_SHAKEN if p.shaken or p.loaded else 1.0)
-    unit = p.period * p.period / m
-    if _LIKELY * p.noise > F * unit:
-        force = min(force, _STEADY * F)
-    return force * unit
-
-
-@compiled()
-def start_holding_load(p: Any, m: float, push: float) -> None:
-    """Act likewise against a load: a move has shown by how much it exceeds friction."""
-    start_holding_moving(p, m)
-    unit = p.period * p.period / m
-    p.motion[2], p.spread[2, 2] = push * unit, (_STEADY * push * unit) ** 2
-
-
-@compiled()
-def _turned(v: float, net: float, push: float, band: float, h: float) -> float:
-    """Return the velocity v after a time h of the acceleration `net`.
-
-    The push includes friction, which changes its sign where the axis turns round: it stops there
-    unless the acceleration exceeds a band of twice the friction.
-    """
-    after = v + net * h
-    turns = v * after < 0.0 or (v == 0.0 and net * push <= 0.0)
-    return 0.0 if turns and abs(net) <= band else after
-
-
-@compiled()
-def _predict(p: Any, m: float, F: float, u: float) -> None:
-    """Take x, v T and d T^2/m, and their covariance, over a sample under an effort u.
-
-    The force d of the push walks at random: x' = x + v T + (d + u) T^2/(2 m), v' = v + (d + u) T/m.
-    """
-    unit = p.period * p.period / m
-    a, w = p.motion, u * unit
-    net = a[2] + w
-    after = _turned(a[1], net, a[2], 2.0 * F * unit, 1.0)
-    a[0] += a[1] + 0.5 * net if after != 0.0 else 0.5 * a[1]
-    a[1] = after
-    predict(_TRANSITION, _WALK, p.spread, np.empty((3, 3)), 3, _change(p, m, F) ** 2)
-
-
-@compiled()
-def _correct(p: Any, x: float) -> None:
-    """Correct them by a position: one step of a Kalman filter."""
-    gain, off = np.empty(3), x - p.motion[0]
-    measure(0, variance_of(p), p.spread, gain, 3)
-    for i in range(3):
-        p.motion[i] += gain[i] * off
-
-
-@compiled()
-def letting_go(p: Any) -> float:
-    """Return the time constant with which an effort is lowered at rest, in samples."""
-    return max(_LETS_GO / p.period, _LETS_GO_SAMPLES)
-
-
-@compiled()
-def lowered(p: Any, effort: float) -> float:
-    """Return the effort a sample later, where it is lowered at rest."""
-    samples = letting_go(p)
-    return effort * samples / (samples + 1.0)
-
-
-@compiled()
-def _most_held(p: Any) -> int:
-    """Return the samples after which what needs an effort is no push."""
-    return math.ceil(max(_LONGEST / p.period, _ENDS * letting_go(p)))
-
-
-@compiled()
-def _begin_holding(p: Any, x: float) -> None:
-    p.moving, p.brake = HOLDING, 0.0
-    p.motion[:], p.spread[:, :] = 0.0, 0.0
-    p.motion[0], p.spread[0, 0] = x, p.noise * p.noise
-    p.brake_left = _most_held(p)
-    p.turns = p.quiet = p.loaded = 0
-
-
-@compiled()
-def _start_holding(p: Any, x: float) -> None:
-    _begin_holding(p, x)
-    back = 1 if p.past[0] < p.past[1] else 0
-    again = back == p.held_back  # a load acts to one side
-    p.held = p.held + 1 if again else 1
-    p.held_back = back
-    p.sided = 1 if p.holds == 0 or (again and p.sided) else 0
-    p.loaded = 1 if p.held > RELEASES or (p.sided and p.holds >= _MANY) else 0
-    p.brakings += 1
-    p.holds += 1
-
-
-@compiled()
-def start_holding(p: Any, m: float, F: float) -> None:
-    """Act against a push from this sample on; the axis was at rest two samples ago."""
-    _start_holding(p, p.past[2])
-    p.spread[2, 2] = _change(p, m, F) ** 2
-    _predict(p, m, F, 0.0)
-    _correct(p, p.past[1])
-
-
-@compiled()
-def start_holding_moving(p: Any, m: float) -> None:
-    """Act likewise against what drives an axis that moves."""
-    _start_holding(p, p.past[1])
-    strong = _STRONG * p.limit * p.period * p.period / m
-    p.motion[1] = p.past[1] - p.past[2]
-    p.spread[1, 1] = p.spread[2, 2] = strong * strong
-
-
-@compiled()
-def start_holding_falling(p: Any, m: float) -> None:
-    """Act likewise against a load, for good."""
-    p.swung, p.held = 0, max(p.held, RELEASES)
-    p.held_back = 1 if p.past[0] < p.past[1] else 0
-    start_holding_moving(p, m)
-
-
-@compiled()
-def start_letting_go(p: Any, m: float, effort: float) -> None:
-    """Lower an effort that has not moved the axis: it may hold a load."""
-    _begin_holding(p, p.past[0])
-    unit = p.period * p.period / m
-    p.brake, p.held, p.held_back = effort, 1, int(effort > 0.0)
-    p.motion[2], p.spread[2, 2] = -effort * unit, (_STRONG * p.limit * unit) ** 2
-
-
-@compiled()
-def _held(p: Any, u: float) -> float:
-    """Hold by an effort; what needs it for long is a load."""
-    p.brake = min(max(u, -p.limit), p.limit)
-    p.brake_left -= 1
-    if p.loaded == 0 and p.brake_left <= 0:
-        p.held += 1
-        p.brake_left = _most_held(p)
-        p.loaded = 1 if p.held > RELEASES else 0
-    return p.brake
-
-
-@compiled()
-def _delay(p: Any) -> float:
-    """Return delay and lag in samples: those of the last move, if it has shown them.
-
-    They are limited to the commands that are kept.
-    """
-    if p.known or p.shown == 0 or unexplained(p):
-        return min(p.delay + p.lag, HISTORY - 2.0)
-    return delay_of(p.best) + lag_of(p.best)
-
-
-@compiled()
-def hold(p: Any, m: float, F: float, measured: bool) -> float:
-    """Return the effort until the next sample against a push; it ends with `moving` 0.
-
-    At rest the effort is lowered, so that a load moves the axis little. One that moves it whenever
-    that is done is held for good. F is the friction without a load.
-    """
-    T, delay = p.period, _delay(p)
-    whole = int(delay)
-    part = delay - whole
-    acted = (1.0 - part) * p.commands[whole] + part * p.commands[whole + 1]
-    _predict(p, m, F, acted)
-    force = m / (T * T)
-    if measured:
-        _correct(p, p.past[0])
-        if p.motion[1] * (p.past[0] - p.past[1]) < 0.0:
-            p.motion[1] = 0.0  # it has stopped within the sample
-    if measured and _stands(p):
-        p.motion[0], p.motion[1], p.motion[2] = p.past[0], 0.0, -p.brake / force
-        p.brake = p.brake if p.loaded else lowered(p, p.brake)
-        if p.loaded == 0 and abs(p.brake) <= _LITTLE * F:
-            p.moving = 0
-            return 0.0
-        return _held(p, p.brake)
-    v, push = p.motion[1] / T, p.motion[2] * force
-    for k in range(whole + 1):  # until the effort acts
-        h = 1.0 if k < whole else part
-        v = _turned(v, (push + p.commands[k]) * T / m, push, 2.0 * F * T / m, h)
-    noise = math.sqrt(p.spread[1, 1]) * force / (_NOISY * p.limit)
-    slower = max(noise, 1.0) + (_SLOWER * max(p.turns - _TURNS, 0) if p.loaded else 0.0)
-    u = -_GAIN / slower * m * v / T - push
-    strong = max(0.0 if p.shaken else F, min(_WILD * p.noise * force, _CLEAR * p.limit))
-    p.turns += 1 if u * p.brake < 0.0 and abs(u) > strong else 0
-    if p.turns > _TURNS and p.loaded == 0:
-        p.held, p.moving = 0, 0
-        p.brakings = 0 if p.swung == 0 else p.brakings
-        p.swung = 1
-        return 0.0
-    return _held(p, u)
 
 
 @compiled()
@@ -512,10 +297,16 @@ def accelerates_against_effort(p: Any) -> bool:
     first = p.past[2 * q] - p.past[3 * q]
     faster = abs(new) >= abs(old) >= abs(first) and new * old > 0.0 and old * first >= 0.0
     faster = faster and abs(new) <= _EVEN * abs(new + old + first)
-    acted = math.ceil(_delay(p) + 2.0 * lag_of(p.best)) + (PAST - 1) * q  # three lags in all
+    acted = math.ceil(learned_delay(p) + 2.0 * lag_of(p.best)) + (PAST - 1) * q  # three lags in all
     for k in range(min(acted, HISTORY)):
         faster = faster and p.commands[k] * new <= 0.0
     return faster and abs(new - old) > VISIBLE * p.noise
+
+
+@compiled()
+def _falls_back(p: Any, v: float) -> bool:
+    """Return whether an axis moves against its last move, longer than a swing lasts."""
+    return v * direction(p) < 0.0 and _goes_one_way(p)
 
 
 @compiled()
@@ -557,10 +348,10 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     if p.brakings >= _MOST or not (p.unslowed or _runs(p, m, F, v)):
         p.moving = 0
         return 0.0
-    steady = _is_steady(p) and p.shakes == 0
+    failed = p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed
     if is_falling(p) and not _slows(p, seen):
         start_holding_falling(p, m)
-    elif steady and p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed:
+    elif failed and ((_is_steady(p) and p.shakes == 0) or _falls_back(p, v)):
         p.held = max(p.held, 1)
         start_holding_moving(p, m)
     return hold(p, m, F, True) if p.moving == HOLDING else _next_braking(p, m, slowing, v)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,17 +16,19 @@ from stickslip.control.feedback import profile_kernels
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.braking import (
     PUSHES,
-    RELEASES,
     accelerates_against_effort,
     brake,
     coasts,
-    hold,
     is_falling,
-    letting_go,
     may_be_elsewhere,
     pushed,
     remember,
     start_braking,
+)
+from stickslip.control.precise.holding import (
+    RELEASES,
+    hold,
+    letting_go,
     start_holding,
     start_holding_falling,
     start_holding_moving,
@@ -304,7 +305,7 @@ def _rested(p: Any, s: Any, own: Any) -> None:
     """Begin a move or a pulse once the axis has come to rest."""
     if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
         p.leavings = 0  # friction or bristles have stopped it
-    p.brakings = p.held = p.turns = p.swung = p.one_way = 0
+    p.brakings = p.held = p.turns = p.swung = p.one_way = p.as_given = 0
     p.holds = 0 if s.outcome == REACHED else p.holds
     if s.outcome != MOVING:
         return
@@ -421,7 +422,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     follow. Where pulses have not halved the error, the next one waits for what may swing on the
     axis, by how far they moved it; where no pulse seems to help, it waits 0.3 s and then 0.6 s.
 
-    The first move begins with the first sample; the axis is taken to be at rest then.
+    The first move begins with the first sample, from rest.
 
     Attributes
     ----------
@@ -527,18 +528,18 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         inner = self.pulses.init()
         state = np.concatenate([np.zeros(SIZE), inner])
         p, s = own_fields(state), head(state[SIZE:])
-        p.method, p.length = METHOD, state.size
-        p.period, p.limit = self.sampling_time, self.pulses.effort_limit
-        p.most = p.limit
+        p.method, p.length, p.period = METHOD, state.size, self.sampling_time
+        p.limit = p.most = self.pulses.effort_limit
         p.bend = 0.5 * self.pulses.tolerance
-        p.noise, p.most_moves, p.last_error = self.pulses.position_noise, _MOST_MOVES, inf
+        p.noise, p.most_moves, p.last_error = self.pulses.position_noise, _MOST_MOVES, math.inf
         if self.delay is None:
             p.known, p.delay = int(s.delay > 0), s.delay
         else:
             p.known, p.delay = 1, self.delay / self.sampling_time
             s.delay = p.delay
-        servo, fast = servo_for(self.pulses, exact_state.own_fields(inner), self.delay)
-        p.servo, p.fast = profile_kernels.fields(servo), int(fast)
+        p.given = min(p.delay, at.HISTORY - 2.0)  # the oldest command that is kept
+        servo, p.fast = servo_for(self.pulses, exact_state.own_fields(inner), self.delay)
+        p.servo = profile_kernels.fields(servo)
         return state
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
@@ -546,10 +547,10 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         inner = self.pulses.retargeted(state[SIZE:], target)
         vector = np.concatenate([state[:SIZE], inner])
         p = own_fields(vector)
-        p.moves, p.last_error, p.wild, p.pauses, p.holds = 0, inf, 0, 0, 0
-        p.leavings = p.unseen = p.undecided = p.by_pulse = p.waits = p.glitch = 0
+        p.moves, p.last_error, p.wild, p.pauses, p.holds = 0, math.inf, 0, 0, 0
+        p.leavings = p.unseen = p.undecided = p.by_pulse = p.waits = p.glitch = p.as_given = 0
         if p.loaded:  # let go, to see whether the load is still there
-            p.loaded = p.held = p.brake_left = 0
+            p.loaded = p.held = p.brake_left = p.releases = 0
         if p.moving == SERVO:
             retarget_servo(p, target)
         if p.moving == MOVE:

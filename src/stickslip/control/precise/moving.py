@@ -23,11 +23,10 @@ import math
 from typing import Any
 
 from stickslip.compiled import compiled
-from stickslip.control.precise.braking import (
-    STRONGEST_PUSH,
-    becomes_faster,
+from stickslip.control.precise.braking import STRONGEST_PUSH, becomes_faster, creeps, start_braking
+from stickslip.control.precise.holding import (
     lowered,
-    start_braking,
+    start_holding_creeping,
     start_holding_load,
     start_holding_moving,
     start_letting_go,
@@ -124,7 +123,7 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     """Start a move from rest at x: set its effort, its reserve and its longest duration."""
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
     p.seen = p.wild = p.reversals = p.reversed_at = p.brakings = p.unseen = p.shown = 0
-    p.strongest = 0.0
+    p.strongest, p.as_given = 0.0, 0
     p.off, p.shakes, p.glitch = 0.0, 0, 0
     p.moves += 1
     p.start, p.backward = x, (1 if target < x else 0)
@@ -384,14 +383,27 @@ def _after_plan(p: Any, F: float) -> float:
 
 
 @compiled()
+def _give_up(p: Any, m: float, F: float) -> float:
+    """End a move that does not follow the plan: brake the axis, or hold it if it creeps.
+
+    Where the servo may continue the move it does so at once.
+    """
+    seen = p.fast == 0 and p.glitch < 1 and p.shakes < SHAKES and p.past_count >= PAST
+    if seen and creeps(p, m, min(F, _HOLDS * p.limit)):
+        start_holding_creeping(p, m, p.commands[0])
+        return direction(p) * p.commands[0]
+    start_braking(p)
+    return 0.0
+
+
+@compiled()
 def _decide(p: Any) -> float:
     """Return the next command, in the direction of the move; the move ends with `moving` 0."""
     x, v, speed = _ahead(p)
     T, e = p.period, p.way - x
     m, F, c = model(p)
     if p.samples > p.longest or p.shakes >= SHAKES or (p.open == 0 and p.wild > WILD):
-        start_braking(p)
-        return 0.0
+        return _give_up(p, m, max(F, 0.0))
     if p.left > 0:
         n = p.left
         noise = 6.0 * p.noise / (T * T * n * (n + 1.0)) * m
