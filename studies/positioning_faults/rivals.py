@@ -8,7 +8,7 @@ import argparse
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 from math import isfinite
 from pathlib import Path
 
@@ -65,23 +65,27 @@ def _quantiles(
     return float(median), float(most)
 
 
-def _judged(drawn: Sequence[Axis], shortest: Float[np.ndarray, " axes"], case: Case) -> str:
+def _settled(outcomes: Sequence[Outcome], shortest: Float[np.ndarray, " axes"]) -> str:
     """Return how many end within the tolerance, the median and the 90 % time, wrong outcomes."""
-    outcomes = [move_axis(axis, case) for axis in drawn]
     if _unsafe(outcomes):
         return "error"
-    if not case.mild:
-        reasons = Counter(
-            reason.split(": ")[0] for o in outcomes for reason in o.why if reason
-        ).most_common(1)
-        left = sum(o.left for o in outcomes)
-        ends = f", {left} leave their travel" if left else ""
-        return f"{reasons[0][1]}: {reasons[0][0]}{ends}" if reasons else f"no reason{ends}"
     wrong = sum(o.false for o in outcomes)
     errors = f", {wrong} wrong" if wrong else ""
     inside = sum(isfinite(o.settling[0]) for o in outcomes)
     shown = [f"{x:.1f}" if isfinite(x) else "–" for x in _quantiles(outcomes, shortest)]
     return f"{inside}: {shown[0]} ({shown[1]}){errors}"
+
+
+def _stopped(outcomes: Sequence[Outcome]) -> str:
+    """Return how many stop, the most frequent reason, and how many leave their travel."""
+    if _unsafe(outcomes):
+        return "error"
+    reasons = Counter(
+        reason.split(": ")[0] for o in outcomes for reason in o.why if reason
+    ).most_common(1)
+    left = sum(o.left for o in outcomes)
+    ends = f", {left} leave their travel" if left else ""
+    return f"{reasons[0][1]}: {reasons[0][0]}{ends}" if reasons else f"no reason{ends}"
 
 
 def _unheld(axis: Axis, case: Case) -> bool:
@@ -172,13 +176,22 @@ def study(
     }
     shortest = np.array([shortest_time(axis) for axis in by_method["precise"]])
     by_method[_UNKNOWN] = [_unguessed(axis) for axis in by_method["precise"]]
-    rows, stopped = (
-        [
-            [case.name, *(_judged(drawn, shortest, case) for drawn in by_method.values())]
-            for case in track([case for case in cases if case.mild is mild], transient=True)
-        ]
-        for mild in (True, False)
-    )
+    moved = {
+        case.name: [[move_axis(axis, case) for axis in drawn] for drawn in by_method.values()]
+        for case in track(cases, transient=True)
+    }
+    mild = [case for case in cases if case.mild]
+    rows = [[case.name, *(_settled(each, shortest) for each in moved[case.name])] for case in mild]
+    if len(mild) > 1:
+        times = np.tile(shortest, len(mild))
+        by_column = zip(*(moved[case.name] for case in mild), strict=True)
+        of_all = (list(chain.from_iterable(column)) for column in by_column)
+        rows.append(["all of these", *(_settled(each, times) for each in of_all)])
+    stopped = [
+        [case.name, *(_stopped(each) for each in moved[case.name])]
+        for case in cases
+        if not case.mild
+    ]
     names = list(by_method)
     title = f"## T = {1e3 * sampling_time:g} ms, effort limit {ratio:g} times friction\n\n"
     note = (
