@@ -136,13 +136,15 @@ def _without_friction(axis: Axis, _: np.random.Generator) -> Axis:
 _PRIOR = {"known within 1 %, delay not given": _known, "unknown, delay given": _without_friction}
 
 
-def faultless(count: int, sampling_times: Sequence[float], ratios: Sequence[float]) -> str:
+def faultless(
+    count: int, sampling_times: Sequence[float], ratios: Sequence[float], seed: int = _SEED
+) -> str:
     """Return the table of settling times without faults, with friction known and unknown."""
     rows = []
     for sampling_time, (friction, prepared) in product(sampling_times, _PRIOR.items()):
         for ratio in track(ratios, transient=True):
-            generator = np.random.default_rng([_SEED, 1])
-            drawn = axes(count, _SEED, method="precise", sampling_time=sampling_time, ratio=ratio)
+            generator = np.random.default_rng([seed, 1])
+            drawn = axes(count, seed, method="precise", sampling_time=sampling_time, ratio=ratio)
             shortest = np.array([shortest_time(axis) for axis in drawn])
             moved = [move_axis(prepared(axis, generator), AXIS_CASES[0]) for axis in drawn]
             if _unsafe(moved) or any(o.false for o in moved):
@@ -176,21 +178,18 @@ def study(
     }
     shortest = np.array([shortest_time(axis) for axis in by_method["precise"]])
     by_method[_UNKNOWN] = [_unguessed(axis) for axis in by_method["precise"]]
-    moved = {
+    moved = {  # the outcomes of each column
         case.name: [[move_axis(axis, case) for axis in drawn] for drawn in by_method.values()]
         for case in track(cases, transient=True)
     }
     mild = [case for case in cases if case.mild]
-    rows = [[case.name, *(_settled(each, shortest) for each in moved[case.name])] for case in mild]
+    rows = [[case.name, *(_settled(o, shortest) for o in moved[case.name])] for case in mild]
     if len(mild) > 1:
         times = np.tile(shortest, len(mild))
-        by_column = zip(*(moved[case.name] for case in mild), strict=True)
-        of_all = (list(chain.from_iterable(column)) for column in by_column)
-        rows.append(["all of these", *(_settled(each, times) for each in of_all)])
+        columns = zip(*(moved[case.name] for case in mild), strict=True)
+        rows.append(["all cases above", *(_settled([*chain(*c)], times) for c in columns)])
     stopped = [
-        [case.name, *(_stopped(each) for each in moved[case.name])]
-        for case in cases
-        if not case.mild
+        [case.name, *(_stopped(o) for o in moved[case.name])] for case in cases if not case.mild
     ]
     names = list(by_method)
     title = f"## T = {1e3 * sampling_time:g} ms, effort limit {ratio:g} times friction\n\n"
@@ -215,10 +214,11 @@ def main() -> None:
         "--faultless", action="store_true", help="print the times without faults alone"
     )
     parser.add_argument("--cases", nargs="*", default=[], help="parts of their names; all if none")
-    parser.add_argument("--seed", type=int, default=_SEED, help="of the axes of the cases")
+    parser.add_argument("--seed", type=int, default=_SEED, help="random seed of the axes")
     given = parser.parse_args()
     if given.faultless:
-        print(faultless(given.axes, given.sampling_times, given.ratios))  # noqa: T201
+        text = faultless(given.axes, given.sampling_times, given.ratios, given.seed)
+        print(text)  # noqa: T201
         return
     cases = [
         case for case in AXIS_CASES if not given.cases or any(n in case.name for n in given.cases)

@@ -9,6 +9,7 @@ import pytest
 from simple_controllers import Push, T, pid_controller
 
 from stickslip.control import GuardedController, Limits, SensorErrors, guard_kernels
+from stickslip.control.guard_momentum import stands_too_long
 from stickslip.records import SensorSample
 
 MASS, LIMIT, FRICTION = 2.0, 10.0, 1.0
@@ -196,3 +197,19 @@ def test_the_load_of_an_arm_that_repeats_its_samples_is_noticed() -> None:
         for k in range(50):
             state, _ = guard.step(state, SensorSample(k * T, 0.0, 0.0, 0.01, speed))
         assert ("frozen" in str(guard.why(state))) is frozen
+
+
+@pytest.mark.parametrize("first", [1, 2])
+def test_the_error_of_a_momentum_is_subtracted_once(first: int) -> None:
+    """Also if the first equal sample is lost: two are equal in the next one."""
+    vector = GuardedController(controller=Push(0.0), limits=LIMITS).init().guard
+    g, speed = guard_kernels.fields(vector), 4.0 * LIMIT * T / MASS
+    g.velocity_resolution = 0.01 * speed
+    for _ in range(2):
+        assert not stands_too_long(g, speed, nan, T)
+    assert g.momentum == pytest.approx(MASS * speed)
+    for equal in range(first, first + 3):
+        g.alike[0], g.v = equal, 0.0
+        assert not stands_too_long(g, 0.0, nan, T)
+    error = MASS * 2.0 * (0.01 * speed + g.resolution / g.period)
+    assert g.momentum == pytest.approx(MASS * speed - error)

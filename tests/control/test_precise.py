@@ -363,18 +363,20 @@ def test_a_push_is_estimated_by_a_kalman_filter() -> None:
     B = np.array([0.5 * T * T / MASS, T / MASS, 0.0])
     change = 0.1 * p.limit
     mean, P = np.zeros(3), np.diag([p.noise**2, 0.0, change**2])
-    effort = 0.0
+    effort = misfit = 0.0
     for position in (1e-5, 3e-5, *(3e-5 + np.cumsum(generator.uniform(2e-5, 1e-4, 5)))):
         mean = A @ mean + B * effort
         P = A @ P @ A.T + np.diag([0.0, 0.0, change**2])
         gain = P[:, 0] / (P[0, 0] + p.noise**2)
+        misfit += min((position - mean[0]) ** 2 / (P[0, 0] + p.noise**2), 25.0)
         mean, P = mean + gain * (position - mean[0]), P - np.outer(gain, P[0])
         if position != 1e-5:
             braking.remember(p, position)
             effort = holding.hold(p, MASS, 50.0, True)
             at.sent(p, effort)
     scale = np.array([1.0, T, T * T / MASS])
-    for motion in p.motion:  # no delay is given, and none was learned
+    np.testing.assert_allclose(p.hold_misfit, misfit, rtol=1e-7)
+    for motion in p.motion:  # no delay was learned
         np.testing.assert_allclose(motion, scale * mean, rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(p.spread, np.outer(scale, scale) * P, rtol=1e-7, atol=1e-20)
 

@@ -1,4 +1,4 @@
-"""How `precise` tells a load from a swing, a glitch and a delay: its thresholds, on both sides."""
+"""Thresholds by which `precise` distinguishes a load from a swing, a glitch and a delay."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -152,87 +152,97 @@ def test_a_vibration_is_no_fall() -> None:
     assert not braking.accelerates_against_effort(p)
 
 
-def held_run(true: int, learned: float, forces: Sequence[float], *, known: bool = False) -> Any:
-    """Hold a mass that forces push, a value a sample, behind a delay; return the state's fields.
+def advanced(x: float, v: float, force: float) -> tuple[float, float]:
+    """Return position and speed of the mass after 10 ms of a force and Coulomb friction."""
+    if v == 0.0 and abs(force) <= FRICTION:
+        return x, v
+    after = v + (force - np.sign(v or force) * FRICTION) * 1e-2 / MASS
+    after = 0.0 if v * after < 0.0 else after
+    return x + 0.5 * (v + after) * 1e-2, after
 
-    The delays are in samples of 10 ms. It moves from rest, and friction slows it; in a sample its
-    acceleration is constant. The fields stand as after the sample in which the hold has ended, or
-    after the last one.
+
+def held_run(true: int, learned: float, forces: Sequence[float], *, known: bool) -> tuple[Any, int]:
+    """Simulate a hold under given forces, one a sample, with a delay of the effort.
+
+    Delays are in samples of 10 ms. The axis starts from rest. The run ends with the hold. Returns
+    the fields of the state, and 1 if the delay was rejected in any sample.
     """
-    p, period = state_of(1e-2), 1e-2
-    p.shown, p.best = 1, round(learned * at.PER_SAMPLE)
+    p, rejected = state_of(1e-2), 0
+    p.shown, p.seen, p.best = 1, 1, round(learned * at.PER_SAMPLE)
     p.known, p.delay = int(known), learned
     x = v = 0.0
     sent = [0.0] * len(forces)
     for k, force in enumerate(forces):
-        effort = sent[k - 1 - true] if k > true else 0.0
-        moves = v != 0.0 or abs(effort + force) > FRICTION
-        side = np.sign(v) if v != 0.0 else np.sign(effort + force)
-        a = (effort + force - side * FRICTION) / MASS if moves else 0.0
-        after = v + a * period
-        after = 0.0 if v * after < 0.0 else after
-        x, v = x + 0.5 * (v + after) * period, after
+        x, v = advanced(x, v, force + (sent[k - 1 - true] if k > true else 0.0))
         braking.remember(p, x)
-        if p.moving == 0 and k == 3:
+        if k == 3:
             holding.start_holding_moving(p, MASS)
         if p.moving == at.HOLDING:
             sent[k] = holding.hold(p, MASS, FRICTION, True)
         elif k > 3:
             break
         at.sent(p, sent[k])
-    return p
+        rejected = max(rejected, int(p.undelayed))
+    return p, rejected
 
 
-def test_a_hold_finds_that_the_delay_of_the_move_was_wrong() -> None:
+def test_a_hold_rejects_a_wrong_delay() -> None:
     """A load looks like a delay in a short move. The effort against it shows that there is none."""
-    p = held_run(0, 2.0, [-2.5 * FRICTION] * 16)
-    assert p.as_given == 1
+    p, rejected = held_run(0, 2.0, [-2.5 * FRICTION] * 16, known=False)
+    assert rejected == 1
     assert p.swung == 0
     assert p.moving == at.HOLDING
+    assert p.seen == 0  # nothing is learned from the move
 
 
-def test_a_hold_keeps_a_delay_that_is_true() -> None:
-    p = held_run(2, 2.0, [-2.5 * FRICTION] * 16)
-    assert p.as_given == 0
+def test_a_hold_keeps_a_true_delay() -> None:
+    p, rejected = held_run(2, 2.0, [-2.5 * FRICTION] * 16, known=False)
+    assert rejected == 0
     assert p.moving == at.HOLDING
 
 
-@pytest.mark.parametrize("push", [2.0, 4.0, 6.0, 9.0])
-@pytest.mark.parametrize("lasts", [5, 7, 9, 20])
-@pytest.mark.parametrize("delay", [1, 2, 4, 8])
-def test_a_delay_that_is_known_is_not_doubted(delay: int, lasts: int, push: float) -> None:
-    """The begin and the end of a push look like another delay."""
-    p = held_run(delay, delay, [-push] * lasts + [0.0] * 20, known=True)
-    assert p.as_given == 0
+@pytest.mark.parametrize("known", [False, True])
+def test_a_known_delay_is_kept(known: bool) -> None:
+    """The start and the end of a push look like another delay."""
+    rejected = [
+        held_run(delay, delay, [-push] * lasts + [0.0] * 20, known=known)[1]
+        for delay in (1, 2, 4, 8)
+        for lasts in (5, 7, 9)
+        for push in (2.0, 4.0, 6.0)
+    ]
+    assert any(rejected) is not known
 
 
 @pytest.mark.parametrize(("let_go", "loaded"), [(0, 0), (1, 0), (2, 1)])
+@pytest.mark.parametrize(("period", "still"), [(1e-2, 1), (1e-3, 3), (1e-3, 2)])
 def test_a_load_that_moves_the_axis_whenever_it_is_let_go_is_held_for_good(
-    let_go: int, loaded: int
+    period: float, still: int, let_go: int, loaded: int
 ) -> None:
-    """After the longest time of a push, 0.3 s, if the axis has been let go twice in it."""
-    p, period = state_of(1e-2), 1e-2
+    """It is held after 0.3 s if it has moved twice, its effort lowered by a fifth or more."""
+    p = state_of(period)
     for _ in range(at.PAST):
         braking.remember(p, 0.0)
     holding.start_letting_go(p, MASS, 2.0)
-    x = 0.0
-    for k in range(round(0.3 / period)):
-        if k in (5, 15)[:let_go]:
-            x -= 20.0 * NOISE  # more than noise
+    x, moves, rests = 0.0, 0, 0
+    for _ in range(round(0.3 / period)):
+        rests = int(p.quiet)
+        if rests == still and moves < let_go:
+            x, moves = x - 20.0 * NOISE, moves + 1  # more than noise
         braking.remember(p, x)
-        p.brake = 2.0  # no friction holds the axis
+        p.brake = 2.0  # keeps the lowered effort from ending the hold
         holding.hold(p, MASS, 0.0, True)
-    assert p.loaded == loaded
+    lowered_enough = period > 5e-3 or still > 2
+    assert p.loaded == (loaded if lowered_enough else 0)
 
 
 @pytest.mark.parametrize(
     ("one_way", "backward", "holds"),
-    [(4, 0, False), (6, 0, True), (6, 1, False)],  # the last one goes on in its move
+    [(5, 0, False), (6, 0, True), (6, 1, False)],  # the last one goes on in its move
 )
-def test_a_braking_that_has_failed_for_longer_than_a_swing_is_a_hold(
+def test_a_failed_braking_becomes_a_hold_after_half_a_swing(
     one_way: int, backward: int, holds: bool
 ) -> None:
-    """Though the move had vibrated; 60 ms are six samples."""
+    """The move has vibrated. Six samples are 60 ms."""
     p, x = state_of(1e-2), 0.0
     p.shakes, p.way, p.misfit[:], p.backward = at.SHAKES, 0.01, 1e9, backward
     for k in range(at.KEPT):
@@ -244,54 +254,67 @@ def test_a_braking_that_has_failed_for_longer_than_a_swing_is_a_hold(
     assert (p.moving == at.HOLDING) == holds
 
 
-@pytest.mark.parametrize(("step", "holds"), [(1e-6, True), (1e-3, False)])
+def creeping(share: float, period: float = 1e-2) -> Any:
+    """Return an axis at a share of the fastest creeping: friction stops that one in 20 bends."""
+    p = state_of(period)
+    speed = share * np.sqrt(2.0 * FRICTION * 20.0 * p.bend / MASS)
+    for k in range(-at.PAST, 1):
+        braking.remember(p, speed * period * k)
+    return p
+
+
+@pytest.mark.parametrize(
+    ("share", "friction", "fault", "holds"),
+    [
+        (0.97, FRICTION, "", True),
+        (1.03, FRICTION, "", False),
+        (0.97, FRICTION, "shakes", False),
+        (0.97, FRICTION, "glitch", False),
+        (0.97, FRICTION, "fast", False),  # the servo continues the move
+        (1.55, 8.0 * FRICTION, "", True),  # friction counts up to a quarter of the limit
+        (1.61, 8.0 * FRICTION, "", False),
+    ],
+)
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_an_axis_that_creeps_under_its_effort_is_let_go_and_not_braked(
-    step: float, holds: bool, side: float
+def test_an_axis_that_creeps_and_does_not_follow_its_plan_is_held(
+    share: float, friction: float, fault: str, holds: bool, side: float
 ) -> None:
-    """It has moved, has stopped, and does not follow the plan; its last effort may hold a load."""
-    p = state_of(1e-2)
-    values, covariance = np.array([np.log(MASS), 0.0, -9.0, 0.0, -9.0, 0.0]), 0.01 * np.eye(6)
-    moving.start_move(p, 0.0, side * 0.01, values, covariance)
+    p = creeping(side * share)
+    values = np.array([np.log(MASS), *np.log([friction] * 2), -9.0, -9.0])
+    moving.start_move(p, p.past[0] - side * 1e-6, side * 0.01, values, 1e-6 * np.eye(5))
     p.seen, p.open, p.wild, p.samples = 1, 0, moving.WILD + 1, 8
-    for k in range(at.PAST):
-        braking.remember(p, side * step * k)
+    if fault:
+        setattr(p, fault, at.SHAKES)
     at.sent(p, side * 3.0)
-    effort = moving.go_on(p, side * step * (at.PAST - 1), True)
+    moving.go_on(p, p.past[0], fault != "glitch")
     assert p.moving == (at.HOLDING if holds else at.BRAKING)
-    assert effort == pytest.approx(side * 3.0 if holds else 0.0)
+    assert not holds or p.brake == side * 3.0
 
 
 @pytest.mark.parametrize("load", [0.0, -2.0 * FRICTION])
 def test_a_creeping_axis_is_stopped_without_a_swing(load: float) -> None:
-    """It moves as fast as a creeping axis may, under an effort of which the load takes a part."""
-    p, period = state_of(1e-2), 1e-2
-    speed = 0.99 * np.sqrt(2.0 * FRICTION * 20.0 * p.bend / MASS)
-    for k in range(-at.PAST, 1):
-        braking.remember(p, speed * period * k)
+    """It creeps as fast as it may, under an effort of which the load takes a part."""
+    p = creeping(0.99)
     assert braking.creeps(p, MASS, FRICTION)
-    x, v, effort, farthest = 0.0, speed, FRICTION - load, 0.0
+    x, v, effort, farthest = 0.0, float(p.past[0] - p.past[1]) / 1e-2, FRICTION - load, 0.0
     at.sent(p, effort)
     holding.start_holding_creeping(p, MASS, effort)
     effort = holding.hold(p, MASS, FRICTION, True)
     for _ in range(30):
         at.sent(p, effort)
-        side = np.sign(v) if v != 0.0 else np.sign(effort + load)
-        free = v != 0.0 or abs(effort + load) > FRICTION
-        after = v + ((effort + load - side * FRICTION) * period / MASS if free else 0.0)
-        after = 0.0 if v * after < 0.0 else after
-        x, v = x + 0.5 * (v + after) * period, after
+        x, v = advanced(x, v, effort + load)
         braking.remember(p, x)
         effort = holding.hold(p, MASS, FRICTION, True) if p.moving == at.HOLDING else 0.0
         farthest = max(farthest, abs(x))
     assert p.swung == 0
-    assert farthest < 2e-3
+    assert v == 0.0
+    assert farthest < 0.2 * 0.01  # of the way, from where an axis is braked at once
 
 
-def test_another_target_lets_a_load_go_again() -> None:
+def test_another_target_begins_to_let_a_load_go() -> None:
     controller = precise(1e-2)
     state = controller.init()
     p = at.own_fields(state)
-    p.moving, p.loaded, p.held, p.releases, p.as_given = at.HOLDING, 1, 3, 8, 1
+    p.moving, p.loaded, p.held, p.restarts = at.HOLDING, 1, 3, 8
     after = at.own_fields(controller.retargeted(state, -0.01))
-    assert (after.loaded, after.held, after.releases, after.as_given) == (0, 0, 0, 0)
+    assert (after.loaded, after.held, after.restarts) == (0, 0, 0)

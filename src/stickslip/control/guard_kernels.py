@@ -62,8 +62,10 @@ STATE = np.dtype(
         ("seen", "f8", (2, 2)),  # last position and velocity of each mass
         ("alike", "i8", (2,)),  # samples in a row in which both have not changed in the last bit
         ("momentum", "f8"),  # of both masses, estimated from the last sample that was new
-        # 1 while it is that of an axis that was seen to move fast, 2 once its error is subtracted
-        ("moved_fast", "i8"),
+        (
+            "moved_fast",
+            "i8",
+        ),  # while it is that of an axis that was seen to move fast: FAST or LESS
         ("missed", "f8"),  # distance that an axis with it would have moved since
         ("fast", "i8"),  # samples in a row above the speed limit
         ("sure_speed", "f8"),  # speed at the last sample, less its error, at least 0

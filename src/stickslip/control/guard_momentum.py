@@ -10,6 +10,7 @@ CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset 
 HELD = 0.75  # of the effort limit: friction certainly holds no more
 _LEAST_FRICTION = 0.1  # of the effort limit: it slows an axis that moves
 _STOPPED_AT_ONCE = 3.0  # times the effort limit: what effort, friction and load stop in a sample
+FAST, LESS = 1, 2  # of `moved_fast`: the momentum as measured, and less its error; 0 is neither
 _STANDS = 20  # samples without motion under an effort
 
 
@@ -38,7 +39,8 @@ def momentum_after(g: Any, u: float) -> float:
     if g.moved_fast > 0 and g.momentum != 0.0:
         along = np.copysign(u, u * g.momentum)
         left = abs(g.momentum) + (along - _LEAST_FRICTION * g.effort_limit) * g.period
-        g.moved_fast = g.moved_fast if left > 0.0 else 0
+        if left <= 0.0:
+            g.moved_fast = 0
         return np.copysign(max(left, 0.0), g.momentum)
     excess = max(abs(u) - HELD * g.effort_limit, 0.0)
     return g.momentum + np.copysign(excess, u) * g.period if excess > 0.0 else 0.0
@@ -57,11 +59,11 @@ def stands_too_long(g: Any, v: float, v2: float, dt: float) -> bool:
         g.momentum = g.mass[0] * v + g.mass[1] * (v2 if np.isfinite(v2) else v)
         least = momentum_error(g) + _STOPPED_AT_ONCE * g.effort_limit * max(dt, g.period)
         fast = abs(g.momentum) > least and before * g.momentum > 0.0 and abs(before) > 0.5 * least
-        g.missed, g.moved_fast = 0.0, 1 if fast and g.mass[1] == 0.0 else 0
+        g.missed, g.moved_fast = 0.0, FAST if fast and g.mass[1] == 0.0 else 0
     elif _stands(g) and whole > 0.0:
-        if g.moved_fast == 1:
+        if g.moved_fast == FAST:
             left = max(abs(g.momentum) - momentum_error(g), 0.0)
-            g.momentum, g.moved_fast = np.copysign(left, g.momentum), 2
+            g.momentum, g.moved_fast = np.copysign(left, g.momentum), LESS
         g.missed += g.momentum / whole * g.period
         return g.alike[0] >= _STANDS and abs(g.missed) > g.stall
     return False

@@ -18,7 +18,7 @@ from stickslip.control.equal_positions import MOST_EQUAL, VISIBLE, compare, may_
 from stickslip.control.precise.holding import (
     TURNS,
     hold,
-    learned_delay,
+    move_delay,
     start_holding_falling,
     start_holding_moving,
 )
@@ -161,13 +161,13 @@ def _response(p: Any) -> int:
 
 @compiled()
 def _goes_one_way(p: Any) -> bool:
-    """Return whether the axis has moved to one side for longer than half a swing lasts."""
+    """Return whether the axis has moved to one side for at least half a swing."""
     return p.one_way >= max(_FALL_TIME / p.period, _FALL_SAMPLES * _response(p))
 
 
 @compiled()
 def is_falling(p: Any) -> bool:
-    """Return whether a load drives an axis that has swung: it moves longer than a swing lasts."""
+    """Return whether a load drives an axis that has swung: one way, for at least half a swing."""
     return (p.swung == 1 or _swings(p)) and _goes_one_way(p)
 
 
@@ -297,15 +297,15 @@ def accelerates_against_effort(p: Any) -> bool:
     first = p.past[2 * q] - p.past[3 * q]
     faster = abs(new) >= abs(old) >= abs(first) and new * old > 0.0 and old * first >= 0.0
     faster = faster and abs(new) <= _EVEN * abs(new + old + first)
-    acted = math.ceil(learned_delay(p) + 2.0 * lag_of(p.best)) + (PAST - 1) * q  # three lags in all
+    acted = math.ceil(move_delay(p) + 2.0 * lag_of(p.best)) + (PAST - 1) * q  # three lags in all
     for k in range(min(acted, HISTORY)):
         faster = faster and p.commands[k] * new <= 0.0
     return faster and abs(new - old) > VISIBLE * p.noise
 
 
 @compiled()
-def _falls_back(p: Any, v: float) -> bool:
-    """Return whether an axis moves against its last move, longer than a swing lasts."""
+def _moves_against_move(p: Any, v: float) -> bool:
+    """Return whether an axis moves against its last move, for at least half a swing."""
     return v * direction(p) < 0.0 and _goes_one_way(p)
 
 
@@ -351,7 +351,8 @@ def brake(p: Any, m: float, F: float, measured: bool) -> float:
     failed = p.brakings > 0 and p.brake * v < 0.0 and abs(v) >= _FAILED * p.braked_speed
     if is_falling(p) and not _slows(p, seen):
         start_holding_falling(p, m)
-    elif failed and ((_is_steady(p) and p.shakes == 0) or _falls_back(p, v)):
+    elif failed and ((_is_steady(p) and p.shakes == 0) or _moves_against_move(p, v)):
+        # A vibration would have turned it round
         p.held = max(p.held, 1)
         start_holding_moving(p, m)
     return hold(p, m, F, True) if p.moving == HOLDING else _next_braking(p, m, slowing, v)

@@ -305,7 +305,7 @@ def _rested(p: Any, s: Any, own: Any) -> None:
     """Begin a move or a pulse once the axis has come to rest."""
     if s.outcome == MOVING and p.held == 0 and p.brakings == 0:
         p.leavings = 0  # friction or bristles have stopped it
-    p.brakings = p.held = p.turns = p.swung = p.one_way = p.as_given = 0
+    p.brakings = p.held = p.turns = p.swung = p.one_way = p.undelayed = 0
     p.holds = 0 if s.outcome == REACHED else p.holds
     if s.outcome != MOVING:
         return
@@ -422,7 +422,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     follow. Where pulses have not halved the error, the next one waits for what may swing on the
     axis, by how far they moved it; where no pulse seems to help, it waits 0.3 s and then 0.6 s.
 
-    The first move begins with the first sample, from rest.
+    The first move begins with the first sample, and assumes that the axis is at rest.
 
     Attributes
     ----------
@@ -537,7 +537,6 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         else:
             p.known, p.delay = 1, self.delay / self.sampling_time
             s.delay = p.delay
-        p.given = min(p.delay, at.HISTORY - 2.0)  # the oldest command that is kept
         servo, p.fast = servo_for(self.pulses, exact_state.own_fields(inner), self.delay)
         p.servo = profile_kernels.fields(servo)
         return state
@@ -548,9 +547,9 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         vector = np.concatenate([state[:SIZE], inner])
         p = own_fields(vector)
         p.moves, p.last_error, p.wild, p.pauses, p.holds = 0, math.inf, 0, 0, 0
-        p.leavings = p.unseen = p.undecided = p.by_pulse = p.waits = p.glitch = p.as_given = 0
+        p.leavings = p.unseen = p.undecided = p.by_pulse = p.waits = p.glitch = 0
         if p.loaded:  # let go, to see whether the load is still there
-            p.loaded = p.held = p.brake_left = p.releases = 0
+            p.loaded = p.held = p.brake_left = p.restarts = 0
         if p.moving == SERVO:
             retarget_servo(p, target)
         if p.moving == MOVE:

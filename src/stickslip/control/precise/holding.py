@@ -1,12 +1,12 @@
-"""Holding of an axis that is pushed or under a load: its force is estimated in each sample.
+"""Holding of an axis that is pushed or under a load: the force on it is estimated in each sample.
 
 The effort opposes the force and the speed. Where it changes its sign more than three times it
 excites a vibration: the axis is braked, and not held, until it is at rest. An axis that has stopped
 is held by friction, whatever the estimate: it changes its sign where the axis would turn round.
 
-A load in a short move looks like a delay. Unless the delay is known, the Kalman filter therefore
-has two means: one with the delay of the last move, and one with the delay given before. The first
-one is used unless the second explains the positions clearly better.
+A load in a short move looks like a delay. The Kalman filter therefore has two means: one with the
+delay of the last move, and one with no delay. The second is used if the delay is not known and it
+explains the positions clearly better.
 """
 
 import math
@@ -44,23 +44,26 @@ _STEADY = 0.3  # of friction: likewise at most, where noise looks like a force a
 # change of sign is no turn
 _WILD, _CLEAR = 6.0, 0.2
 _SHAKEN = 0.01  # times `_CHANGES` where a vibration moves the axis too, and of a load
-_BETTER = 3.0  # sum of innovation^2/S that the given delay explains better
-_OUTLYING = 25.0  # of innovation^2/S: more does not count, as it may be a glitch
+_BETTER = 3.0  # difference of the sums of innovation^2/S at which the other delay is used
+_GLITCH = 25.0  # innovation^2/S, at most: a glitch adds no more
 _LIKELY = 3.0  # standard deviations of a push
 _LONGEST, _ENDS = 0.3, 5.0  # of a push [s], and least time constants of its effort
-_RELEASED = 0.25  # of the time constant below: the effort is lowered by a clear share
+_LOWERED = 0.25  # time constants at rest after which the effort is lowered by a fifth or more
 # Time constant of the effort at rest, and at least so many samples; of friction: none is left
 _LETS_GO, _LETS_GO_SAMPLES, _LITTLE = 0.01, 3.0, 0.1
 
 
 @compiled()
 def _stands(p: Any) -> bool:
-    """Return whether an axis that is held shows no motion since it came to rest."""
+    """Return whether an axis that is held shows no motion since it came to rest.
+
+    Counts how often it moves again.
+    """
     seen = VISIBLE * p.noise
     still = abs(p.past[0] - p.past[PAST - 1]) <= seen
     still = still and (p.quiet == 0 or abs(p.past[0] - p.stood) <= seen)
-    lowered_much = p.loaded == 0 and p.quiet >= _RELEASED * letting_go(p)
-    p.releases += 1 if lowered_much and not still else 0
+    let_go = p.loaded == 0 and p.quiet >= _LOWERED * letting_go(p)
+    p.restarts += 1 if let_go and not still else 0
     if p.quiet == 0:
         p.stood = p.past[0]
     p.quiet = p.quiet + 1 if still else 0
@@ -82,14 +85,6 @@ def _change(p: Any, m: float, F: float) -> float:
 
 
 @compiled()
-def start_holding_load(p: Any, m: float, push: float) -> None:
-    """Act likewise against a load: a move has shown by how much it exceeds friction."""
-    start_holding_moving(p, m)
-    unit = p.period * p.period / m
-    p.motion[:, 2], p.spread[2, 2] = push * unit, (_STEADY * push * unit) ** 2
-
-
-@compiled()
 def _turned(v: float, net: float, push: float, band: float, h: float) -> float:
     """Return the velocity v after a time h of the acceleration `net`.
 
@@ -103,10 +98,10 @@ def _turned(v: float, net: float, push: float, band: float, h: float) -> float:
 
 @compiled()
 def _predict(p: Any, m: float, F: float, efforts: tuple[float, float]) -> None:
-    """Take x, v T and d T^2/m, and their covariance, over a sample under either delay's effort.
+    """Take x, v T and d T^2/m, and their covariance, over a sample under either effort.
 
     The force d of the push walks at random: x' = x + v T + (d + u) T^2/(2 m), v' = v + (d + u) T/m
-    under the effort u. The covariance is the same for both delays.
+    under an effort u. Either delay has its effort; the covariance is the same for both.
     """
     unit = p.period * p.period / m
     for h in range(2):
@@ -120,22 +115,25 @@ def _predict(p: Any, m: float, F: float, efforts: tuple[float, float]) -> None:
 
 @compiled()
 def _correct(p: Any, x: float) -> None:
-    """Correct them by a position: one step of a Kalman filter; choose the delay.
-
-    Where that of the move is wrong, it has caused the turns so far, and nothing is learned from the
-    move. A delay that is known is not doubted.
-    """
+    """Correct them by a position: one step of a Kalman filter."""
     gain = np.empty(3)
     variance = measure(0, variance_of(p), p.spread, gain, 3)
     for h in range(2):
         off = x - p.motion[h, 0]
-        p.doubt[h] += min(off * off / variance, _OUTLYING)
+        p.hold_misfit[h] += min(off * off / variance, _GLITCH)
         for i in range(3):
             p.motion[h, i] += gain[i] * off
-    if p.known == 0 and p.as_given == 0 and p.doubt[1] < p.doubt[0] - _BETTER:
-        p.as_given, p.turns, p.seen = 1, 0, 0
-    elif p.as_given and p.doubt[0] < p.doubt[1] - _BETTER:
-        p.as_given = 0
+
+
+@compiled()
+def _choose_delay(p: Any) -> None:
+    """Choose the delay that explains the positions clearly better, unless it is known."""
+    better = p.hold_misfit[0] - p.hold_misfit[1]  # how much no delay is
+    if p.known == 0 and p.undelayed == 0 and better > _BETTER:
+        # The wrong delay has caused the turns, and has spoiled what the move would teach
+        p.undelayed, p.turns, p.seen = 1, 0, 0
+    elif p.undelayed and better < -_BETTER:
+        p.undelayed = 0
 
 
 @compiled()
@@ -160,10 +158,10 @@ def _most_held(p: Any) -> int:
 @compiled()
 def _begin_holding(p: Any, x: float) -> None:
     p.moving, p.brake = HOLDING, 0.0
-    p.motion[:, :], p.spread[:, :], p.doubt[:] = 0.0, 0.0, 0.0
+    p.motion[:, :], p.spread[:, :], p.hold_misfit[:] = 0.0, 0.0, 0.0
     p.motion[:, 0], p.spread[0, 0] = x, p.noise * p.noise
     p.brake_left = _most_held(p)
-    p.turns = p.quiet = p.loaded = p.releases = 0
+    p.turns = p.quiet = p.loaded = p.restarts = 0
 
 
 @compiled()
@@ -198,6 +196,14 @@ def start_holding_moving(p: Any, m: float) -> None:
 
 
 @compiled()
+def start_holding_load(p: Any, m: float, push: float) -> None:
+    """Act likewise against a load; the move has shown by how much it exceeds friction."""
+    start_holding_moving(p, m)
+    unit = p.period * p.period / m
+    p.motion[:, 2], p.spread[2, 2] = push * unit, (_STEADY * push * unit) ** 2
+
+
+@compiled()
 def start_holding_falling(p: Any, m: float) -> None:
     """Act likewise against a load, for good."""
     p.swung, p.held = 0, max(p.held, RELEASES)
@@ -224,19 +230,22 @@ def start_holding_creeping(p: Any, m: float, effort: float) -> None:
 
 @compiled()
 def _held(p: Any, u: float) -> float:
-    """Hold by an effort; what needs it for long is a load."""
+    """Return the effort of a hold, within the limit.
+
+    An axis that needs it for long, or restarts twice, is under a load.
+    """
     p.brake = min(max(u, -p.limit), p.limit)
     p.brake_left -= 1
     if p.loaded == 0 and p.brake_left <= 0:
-        p.held += max(p.releases, 1)
-        p.releases = 0
+        p.held += max(p.restarts, 1)
+        p.restarts = 0
         p.brake_left = _most_held(p)
         p.loaded = 1 if p.held > RELEASES else 0
     return p.brake
 
 
 @compiled()
-def learned_delay(p: Any) -> float:
+def move_delay(p: Any) -> float:
     """Return delay and lag in samples: those of the last move, if it has shown them.
 
     They are limited to the commands that are kept.
@@ -262,9 +271,11 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
     that is done is held for good. F is the friction without a load.
     """
     T, force = p.period, m / (p.period * p.period)
-    _predict(p, m, F, (_acted(p, learned_delay(p)), _acted(p, p.given)))
+    delays = (move_delay(p), 0.0)
+    _predict(p, m, F, (_acted(p, delays[0]), _acted(p, delays[1])))
     if measured:
         _correct(p, p.past[0])
+        _choose_delay(p)
         for h in range(2):
             if p.motion[h, 1] * (p.past[0] - p.past[1]) < 0.0:
                 p.motion[h, 1] = 0.0  # it has stopped within the sample
@@ -275,7 +286,7 @@ def hold(p: Any, m: float, F: float, measured: bool) -> float:
             p.moving = 0
             return 0.0
         return _held(p, p.brake)
-    motion, delay = p.motion[p.as_given], p.given if p.as_given else learned_delay(p)
+    motion, delay = p.motion[p.undelayed], delays[p.undelayed]
     v, push = motion[1] / T, motion[2] * force
     whole = int(delay)
     for k in range(whole + 1):  # until the effort acts

@@ -62,10 +62,6 @@ OWN_DTYPE = np.dtype(
         ("known", "i8"),  # 1 if the delay is known, or learned
         ("delay", "f8"),  # then this many samples
         ("lag", "f8"),  # samples
-        (
-            "given",
-            "f8",
-        ),  # delay before any move, given with the sensors or the controller [samples]
         ("most_moves", "i8"),  # to one target
         ("fast", "i8"),  # 1 if samples are short and quiet enough for the servo
         # What changes
@@ -125,14 +121,16 @@ OWN_DTYPE = np.dtype(
         ("holds", "i8"),  # since it was at rest at the target
         ("turns", "i8"),  # of the effort against a push
         ("swung", "i8"),  # 1 once it turned too often, as by a vibration, until the axis is at rest
-        # x, v T and d T^2/m of an axis that a force d pushes: with the delay of the last move, and
-        # with the given one
+        # x, v T and d T^2/m of an axis that a force d pushes, with the delay of the last move and
+        # with none
         ("motion", "f8", (2, 3)),
         ("spread", "f8", (3, 3)),  # their covariance
-        ("doubt", "f8", (2,)),  # of either: sum of innovation^2/S
-        ("as_given", "i8"),  # 1 while the given delay explains the positions clearly better
+        ("hold_misfit", "f8", (2,)),  # of either: sum of innovation^2/S
+        # 1 once no delay explains the positions clearly better, until the other does or the axis is
+        # at rest
+        ("undelayed", "i8"),
         ("held", "i8"),  # how often a push was held since the axis was at rest
-        ("releases", "i8"),  # times that it has moved again in a hold, its effort lowered
+        ("restarts", "i8"),  # times in this part of a hold that it has moved, the effort lowered
         ("held_back", "i8"),  # 1 if that push was to lower positions
         ("sided", "i8"),  # 1 if all pushes since it was at rest at the target were to one side
         ("loaded", "i8"),  # 1 while a push that does not end is held

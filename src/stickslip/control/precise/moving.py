@@ -123,7 +123,7 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
     """Start a move from rest at x: set its effort, its reserve and its longest duration."""
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
     p.seen = p.wild = p.reversals = p.reversed_at = p.brakings = p.unseen = p.shown = 0
-    p.strongest, p.as_given = 0.0, 0
+    p.strongest = 0.0
     p.off, p.shakes, p.glitch = 0.0, 0, 0
     p.moves += 1
     p.start, p.backward = x, (1 if target < x else 0)
@@ -386,13 +386,14 @@ def _after_plan(p: Any, F: float) -> float:
 def _give_up(p: Any, m: float, F: float) -> float:
     """End a move that does not follow the plan: brake the axis, or hold it if it creeps.
 
-    Where the servo may continue the move it does so at once.
+    With samples short enough for the servo the axis is braked, and the servo continues the move.
     """
-    seen = p.fast == 0 and p.glitch < 1 and p.shakes < SHAKES and p.past_count >= PAST
-    if seen and creeps(p, m, min(F, _HOLDS * p.limit)):
+    usable = p.fast == 0 and p.glitch < 1 and p.shakes < SHAKES and p.past_count >= PAST
+    friction = min(max(F, 0.0), _HOLDS * p.limit)  # the estimate may contain a load
+    if usable and creeps(p, m, friction):
         start_holding_creeping(p, m, p.commands[0])
-        return direction(p) * p.commands[0]
-    start_braking(p)
+    else:
+        start_braking(p)
     return 0.0
 
 
@@ -403,7 +404,7 @@ def _decide(p: Any) -> float:
     T, e = p.period, p.way - x
     m, F, c = model(p)
     if p.samples > p.longest or p.shakes >= SHAKES or (p.open == 0 and p.wild > WILD):
-        return _give_up(p, m, max(F, 0.0))
+        return _give_up(p, m, F)
     if p.left > 0:
         n = p.left
         noise = 6.0 * p.noise / (T * T * n * (n + 1.0)) * m
