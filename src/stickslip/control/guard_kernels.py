@@ -62,10 +62,8 @@ STATE = np.dtype(
         ("seen", "f8", (2, 2)),  # last position and velocity of each mass
         ("alike", "i8", (2,)),  # samples in a row in which both have not changed in the last bit
         ("momentum", "f8"),  # of both masses, estimated from the last sample that was new
-        (
-            "moved_fast",
-            "i8",
-        ),  # while it is that of an axis that was seen to move fast: FAST or LESS
+        # FAST or LESS while it is that of an axis that was seen to move fast
+        ("moved_fast", "i8"),
         ("missed", "f8"),  # distance that an axis with it would have moved since
         ("fast", "i8"),  # samples in a row above the speed limit
         ("sure_speed", "f8"),  # speed at the last sample, less its error, at least 0
